@@ -1,0 +1,88 @@
+#pragma once
+
+#include "bs_car_odometry/core/axle_odometry.hpp"
+#include "bs_car_odometry/core/first_order_covariance.hpp"
+#include "bs_car_odometry/core/options.hpp"
+#include "bs_car_odometry/core/steering_doubt.hpp"
+#include "bs_car_odometry/core/vehicle.hpp"
+#include "bs_car_odometry/core/wheel_fit.hpp"
+
+#include <optional>
+#include <variant>
+
+namespace bs_car_odometry {
+
+/// Everything the odometry is built from.
+struct OdometryConfiguration {
+  Vehicle vehicle;
+  NoiseModel noise;
+  OdometryOptions options;
+  InputLimits limits;
+  InitialPose initial_pose;
+};
+
+/// What is published: pose of base_link in odom, twist (vx, vy, yaw rate) at base_link in base_link.
+struct OdometryEstimate {
+  Pose2 pose;
+  Eigen::Matrix3d pose_covariance;  ///< (x, y, yaw) [m, m, rad]
+  Eigen::Vector3d twist;            ///< [m/s, m/s, rad/s]
+  Eigen::Matrix3d twist_covariance;
+};
+
+/// Which axles' steering angles a configuration cannot do without.
+PerAxle<bool> steeringNeeded(const Vehicle& vehicle, const OdometryOptions& options);
+
+/// Dead reckoning, one step at a time: readings to body increment, increment to pose and covariance.
+/// Knows nothing of messages, stamps or missing data. No step allocates memory.
+class OdometryEstimator {
+ public:
+  explicit OdometryEstimator(const OdometryConfiguration& configuration);
+
+  /// Back to the initial pose and covariance.
+  void reset();
+
+  /// Puts the car at `pose`; the past is forgotten in the covariance too.
+  void setPose(const Pose2& pose, const Eigen::Matrix3d& covariance);
+
+  /// Replaces p(A), by a calibration's covariance for instance. What the parameters did to the pose so far
+  /// keeps the covariance it had.
+  void setSystematicCovariance(const SystematicCovariance& covariance);
+
+  /// Moves the car by one step of readings.
+  /// @param interval  duration of the step; none when it is not known, which leaves no twist.
+  /// @return false when the result was not finite: the state is kept and its covariance inflated.
+  bool step(const StepReadings& readings, std::optional<Duration> interval);
+
+  /// Says how far the angles of the last step may be trusted; the covariances of pose and twist answer for
+  /// it.
+  /// @param before    pose before that step
+  /// @param interval  its duration, where it is known
+  /// @param sigma     standard deviation of each sensor's angle [rad] beyond its noise; 0 where it is trusted
+  void doubtSteering(const Pose2& before, std::optional<Duration> interval, const PerAxle<double>& sigma);
+
+  /// Adds the covariance of motion that was not seen during `interval`, at up to max_speed.
+  void inflate(Duration interval);
+
+  /// Says that the twist is not known.
+  void forgetTwist();
+
+  const OdometryEstimate& estimate() const { return estimate_; }
+  const FirstOrderCovariance& covariance() const { return covariance_; }
+  const FitResiduals& residuals() const { return increment_.residuals; }
+  const BodyIncrement& lastIncrement() const { return increment_; }
+
+ private:
+  void setPoseCovariance();
+  void updateTwist(std::optional<Duration> interval, const SystematicSensitivity& J_motion);
+  void refuseStep(std::optional<Duration> interval);
+
+  OdometryConfiguration configuration_;
+  std::variant<WheelFit, AxleOdometry> model_;
+  SystematicRoot systematic_root_;
+  FirstOrderCovariance covariance_;
+  SteeringDoubt steering_doubt_;
+  BodyIncrement increment_;
+  OdometryEstimate estimate_;
+};
+
+}  // namespace bs_car_odometry

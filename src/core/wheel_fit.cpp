@@ -1,0 +1,238 @@
+#include "bs_car_odometry/core/wheel_fit.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace bs_car_odometry {
+
+namespace {
+
+/// Variance that keeps R regular where nothing moves: that of a micrometre, finer than the ticks of encoders
+/// [m^2]. Wheel joints, whose resolution is not known, have only this.
+constexpr double kFloorVariance = 1e-12;
+
+/// Cofactors of a symmetric 3x3 matrix: its inverse times its determinant.
+Eigen::Matrix3d symmetricAdjugate(const Eigen::Matrix3d& A) {
+  Eigen::Matrix3d C;
+  C(0, 0) = A(1, 1) * A(2, 2) - A(1, 2) * A(1, 2);
+  C(0, 1) = C(1, 0) = A(1, 2) * A(0, 2) - A(0, 1) * A(2, 2);
+  C(0, 2) = C(2, 0) = A(0, 1) * A(1, 2) - A(1, 1) * A(0, 2);
+  C(1, 1) = A(0, 0) * A(2, 2) - A(0, 2) * A(0, 2);
+  C(1, 2) = C(2, 1) = A(0, 1) * A(0, 2) - A(0, 0) * A(1, 2);
+  C(2, 2) = A(0, 0) * A(1, 1) - A(0, 1) * A(0, 1);
+  return C;
+}
+
+/// A^T B where that is symmetric: the upper triangle is worked out and mirrored.
+void setSymmetricProduct(const FitMatrix<3>& A, const FitMatrix<3>& B, Eigen::Matrix3d& product) {
+  for (Eigen::Index i = 0; i < 3; ++i)
+    for (Eigen::Index j = i; j < 3; ++j) product(i, j) = product(j, i) = A.col(i).dot(B.col(j));
+}
+
+}  // namespace
+
+FitGeometry::FitGeometry(const Vehicle& vehicle)
+    : axle_x(vehicle.axleX(Axle::kFront), vehicle.axleX(Axle::kRear)),
+      per_wheelbase(1.0 / vehicle.wheelbase),
+      parallel_wheels(vehicle.axle_geometry == AxleGeometry::kPivot),
+      hub_offset(vehicle.hub_offset.front != 0.0 || vehicle.hub_offset.rear != 0.0) {
+  for (const Wheel wheel : kAllWheels) {
+    const auto i = static_cast<Eigen::Index>(index(wheel));
+    const Eigen::Vector2d pin = kingpin(vehicle, wheel);
+    x(i) = pin.x();
+    y(i) = pin.y();
+    outward(i) = (isLeft(wheel) ? 1.0 : -1.0) * vehicle.hub_offset[axleOf(wheel)];
+  }
+}
+
+namespace {
+
+Eigen::Array4d perWheel(const Eigen::Array2d& axles) { return {axles(0), axles(0), axles(1), axles(1)}; }
+
+}  // namespace
+
+FitEquations fitEquations(const FitGeometry& geometry, const SteeringAngles& steering) {
+  const Eigen::Array2d cosine(std::cos(steering.front), std::cos(steering.rear));
+  const Eigen::Array2d sine(std::sin(steering.front), std::sin(steering.rear));
+  // (K2) for vx = cos(phi_f) cos(phi_r), which needs no tangent; also the axles' travels, vx / cos(phi_j).
+  FitEquations equations;
+  equations.axle_ratio = cosine.reverse();
+  const Eigen::Array2d& a = geometry.axle_x;
+  const Eigen::Array2d across = sine * equations.axle_ratio * geometry.per_wheelbase;
+  const double vx = cosine(0) * cosine(1);
+  const double vy = a(0) * across(1) - a(1) * across(0);
+  const double omega = across(0) - across(1);
+
+  // (K3): the kingpin's velocity, and its direction without an angle in between; of its two senses that which
+  // is nearer to the axle's.
+  const Eigen::Array4d forward = vx - omega * geometry.y;
+  const Eigen::Array4d sideways = vy + omega * geometry.x;
+  equations.path_ratio = (forward.square() + sideways.square()).sqrt();
+  const Eigen::Array4d along = forward * perWheel(cosine) + sideways * perWheel(sine);
+  const Eigen::Array4d per_ratio = (along < 0.0).select(-1.0, Eigen::Array4d::Ones()) / equations.path_ratio;
+  Eigen::Array4d cos_delta = forward * per_ratio;
+  Eigen::Array4d sin_delta = sideways * per_ratio;
+  if (geometry.parallel_wheels) {
+    cos_delta = perWheel(cosine);
+    sin_delta = perWheel(sine);
+  }
+  FitMatrix<3>& H = equations.H;
+  H.col(0).head<4>() = cos_delta;
+  H.col(1).head<4>() = sin_delta;
+  H.col(2).head<4>() = geometry.x * sin_delta - geometry.y * cos_delta - geometry.outward;
+  H.col(0).tail<2>() = -sine;
+  H.col(1).tail<2>() = cosine;
+  H.col(2).tail<2>() = a * cosine;
+  return equations;
+}
+
+FitCovariance inverse(const FitCovariance& R) {
+  const double scale = 1.0 / (R.axles(0) * R.axles(1) - R.shared * R.shared);
+  return {R.wheels.inverse(), scale * R.axles.reverse(), -scale * R.shared};
+}
+
+FitSolution solveFit(const FitMatrix<3>& H, const FitCovariance& R, const Eigen::Vector4d& travels) {
+  const FitCovariance weights = inverse(R);
+  const FitMatrix<3> W = weights * H;
+  Eigen::Matrix3d information;
+  setSymmetricProduct(H, W, information);
+
+  // The determinant is divided by last, so that the products before it need not wait.
+  const Eigen::Matrix3d C = symmetricAdjugate(information);
+  const double scale =
+      1.0 / (information(0, 0) * C(0, 0) + information(0, 1) * C(0, 1) + information(0, 2) * C(0, 2));
+  FitSolution fit;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    fit.Kt.col(i) = scale * (C(0, i) * W.col(0) + C(1, i) * W.col(1) + C(2, i) * W.col(2));
+    fit.motion(i) = fit.Kt.col(i).head<4>().dot(travels);
+    for (Eigen::Index j = 0; j < 3; ++j) fit.P(j, i) = scale * C(j, i);
+  }
+  fit.residual = -fit.motion(0) * H.col(0) - fit.motion(1) * H.col(1) - fit.motion(2) * H.col(2);
+  fit.residual.head<4>() += travels;
+  fit.chi_square = fit.residual.dot(weights * fit.residual);
+  return fit;
+}
+
+FitMatrix<1> normalisedResiduals(const FitMatrix<3>& H, const FitCovariance& R, const FitSolution& solution) {
+  const FitCovariance weights = inverse(R);
+  const FitMatrix<3> W = weights * H;
+  FitMatrix<1> M_diagonal;
+  M_diagonal << weights.wheels, weights.axles;
+  M_diagonal -= (W * solution.P).cwiseProduct(W).rowwise().sum();
+  return (weights * solution.residual).array() / M_diagonal.array().sqrt();
+}
+
+WheelFit::WheelFit(const Vehicle& vehicle, const NoiseModel& noise)
+    : vehicle_(vehicle),
+      geometry_(vehicle),
+      wheel_variance_(noise.wheel * noise.wheel),
+      lateral_variance_(noise.lateral * noise.lateral),
+      sensor_variance_(noise.steering.std * noise.steering.std * noise.steering.correlation_length),
+      law_variance_(noise.rear_law * noise.rear_law * noise.steering.correlation_length),
+      wheels_used_(0),
+      shared_sensor_(vehicle.rear_steering.source == RearSteering::Source::kPolynomial) {
+  for (const Wheel wheel : kAllWheels) {
+    const auto i = static_cast<Eigen::Index>(index(wheel));
+    const double tick = vehicle.calibratedMetresPerTick(wheel);
+    used_(i) = vehicle.hasEncoder(wheel) ? 1.0 : 0.0;
+    rounding_(i) = vehicle.hasEncoder(wheel) ? tick * tick / 6.0 + kFloorVariance
+                                             : std::numeric_limits<double>::infinity();
+    per_gain_(i) = 1.0 / vehicle.wheelGain(wheel);
+    half_track_(i) = 0.5 * vehicle.track[axleOf(wheel)];
+    wheels_used_ += vehicle.hasEncoder(wheel) ? 1 : 0;
+  }
+}
+
+/// y of (W1): S_i, and with a hub offset (H) the turn of the wheel's direction taken out of it.
+Eigen::Array4d WheelFit::measuredTravels(const StepReadings& readings) const {
+  Eigen::Array4d y = Eigen::Map<const Eigen::Array4d>(readings.travel.values.data()) * used_;
+  if (!geometry_.hub_offset) return y;
+  for (const Wheel wheel : kAllWheels) {
+    const auto i = static_cast<Eigen::Index>(index(wheel));
+    y(i) += used_(i) * geometry_.outward(i) *
+            (wheelDirection(vehicle_, wheel, readings.end) - wheelDirection(vehicle_, wheel, readings.begin));
+  }
+  return y;
+}
+
+/// R_0 of (W2): noise that adds up over the drive. `travel` is common to all: each wheel and each axle goes
+/// so far times its ratio.
+FitCovariance WheelFit::pathNoise(const FitEquations& equations, double travel, double rear_slope) const {
+  const Eigen::Array2d V = travel * equations.axle_ratio;
+  const Eigen::Array4d wheels = (wheel_variance_ * travel) * equations.path_ratio * used_;
+  if (!shared_sensor_) return {wheels, (sensor_variance_ + lateral_variance_) * V, 0.0};
+  // One reading, one error of variance sensor/V_front, which moves the axles by V_front and by f' V_rear.
+  const double rear_over_front = equations.axle_ratio(1) / equations.axle_ratio(0);
+  const Eigen::Array2d per_metre(
+      sensor_variance_ + lateral_variance_,
+      sensor_variance_ * rear_slope * rear_slope * rear_over_front + law_variance_ + lateral_variance_);
+  return {wheels, per_metre * V, sensor_variance_ * rear_slope * V(1)};
+}
+
+/// One piece of code (flatten): its parts pass more between them than fits in registers.
+[[gnu::flatten]] void WheelFit::update(const StepReadings& readings, BodyIncrement& increment) const {
+  const SteeringAngles angles = readings.mean();
+  const double rear_slope = shared_sensor_ ? vehicle_.rear_steering.slope(angles.front) : 0.0;
+  const FitEquations equations = fitEquations(geometry_, angles);
+  const Eigen::Array4d travels = measuredTravels(readings);
+  const Eigen::Array4d readings_abs = Eigen::Map<const Eigen::Array4d>(readings.travel.values.data()).abs();
+  const double travel = (readings_abs * used_).sum() / (equations.path_ratio * used_).sum();  // (W2)
+  const FitCovariance path_noise = pathNoise(equations, travel, rear_slope);
+  const FitCovariance R{path_noise.wheels + rounding_, path_noise.axles + kFloorVariance, path_noise.shared};
+  const FitSolution fit = solveFit(equations.H, R, travels);
+
+  setSymmetricProduct(fit.Kt, path_noise * fit.Kt, increment.path_covariance);
+  setSensitivity(equations.H, fit, readings, rear_slope, increment.J_motion_systematic);
+  setResiduals(fit, increment.residuals);
+  increment.motion = fit.motion;
+  increment.step_covariance = fit.P;
+}
+
+void WheelFit::setResiduals(const FitSolution& fit, FitResiduals& residuals) const {
+  Eigen::Map<Eigen::Array4d>(residuals.wheel.values.data()) = fit.residual.head<4>().array() * used_;
+  residuals.axle = {fit.residual(4), fit.residual(5)};
+  residuals.chi_square = fit.chi_square;
+  residuals.degrees_of_freedom = wheels_used_ - 1;  // and two axles, less three unknowns
+}
+
+/// Derivatives of the motion, transposed, with respect to the two axles' angles. An axle's row moves by the
+/// travel V_j along its angle; a wheel's row by the sideways travel of the wheel, which is zero where it
+/// rolls freely (Ackermann) and not where both wheels of an axle are kept parallel.
+Eigen::Matrix<double, 2, 3> WheelFit::J_motion_steering(const FitMatrix<3>& H, const FitSolution& fit) const {
+  const BodyMotion& t = fit.motion;
+  const Eigen::Array2d along =
+      H.col(1).tail<2>().array() * t.x() - H.col(0).tail<2>().array() * (t.y() + geometry_.axle_x * t.z());
+  Eigen::Matrix<double, 2, 3> J = fit.Kt.bottomRows<2>().array().colwise() * along;
+  if (geometry_.parallel_wheels) {
+    const Eigen::Array4d across = H.col(0).head<4>().array() * (t.y() + geometry_.x * t.z()) -
+                                  H.col(1).head<4>().array() * (t.x() - geometry_.y * t.z());
+    J.row(0) -= across.head<2>().matrix().transpose() * fit.Kt.middleRows<2>(0);
+    J.row(1) -= across.tail<2>().matrix().transpose() * fit.Kt.middleRows<2>(2);
+  }
+  return J;
+}
+
+/// dt/dA = K (dy/dA - dH/dA t) (docs/model.md, section 6).
+void WheelFit::setSensitivity(const FitMatrix<3>& H, const FitSolution& fit, const StepReadings& readings,
+                              double rear_slope, SystematicSensitivity& J) const {
+  using namespace systematic;
+  const Eigen::Array4d nominal = Eigen::Map<const Eigen::Array4d>(readings.travel.values.data()) * per_gain_;
+  // A wider track moves both wheels out, y_i by +/- B/2, and so row i of H by -/+ B/2 cos(delta_i).
+  const Eigen::Array4d half_turn = fit.motion.z() * half_track_ * H.col(0).head<4>().array();
+  const Eigen::Matrix<double, 2, 3> J_steering = J_motion_steering(H, fit);
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const auto K = fit.Kt.col(i).head<4>().array();
+    const Eigen::Array4d gain = K * nominal;
+    const Eigen::Array4d track = K * half_turn;
+    J(i, kFrontRight) = gain(1);
+    J(i, kFrontLeft) = gain(0);
+    J(i, kFrontTrack) = track(0) - track(1);
+    J(i, kFrontOffset) = J_steering(0, i) + rear_slope * J_steering(1, i);
+    J(i, kRearRight) = gain(3);
+    J(i, kRearLeft) = gain(2);
+    J(i, kRearTrack) = track(2) - track(3);
+    J(i, kRearOffset) = shared_sensor_ ? 0.0 : J_steering(1, i);
+  }
+}
+
+}  // namespace bs_car_odometry
