@@ -1,0 +1,150 @@
+#pragma once
+
+#include "bs_car_odometry/core/odometry_estimator.hpp"
+#include "bs_car_odometry/core/steering_buffer.hpp"
+#include "bs_car_odometry/core/time.hpp"
+#include "bs_car_odometry/core/wheels_and_axles.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace bs_car_odometry {
+
+/// What became of a message (docs/reliability.md).
+enum class Verdict {
+  kAccepted,
+  kStampZero,
+  kStampInvalid,  ///< nanoseconds out of range
+  kRepeated,
+  kOutOfOrder,
+  kFuture,
+  kNotFinite,
+  kSteeringLimit,
+  kNoSteering,   ///< wheels before any steering angle was known
+  kImplausible,  ///< counters further on than max_speed allows
+  kOverflow,     ///< too many messages waiting
+  kCount
+};
+
+/// Wheel counters, all sampled at `stamp`.
+struct WheelCounts {
+  Time stamp;
+  Time receipt;
+  PerWheel<std::int64_t> ticks;
+};
+
+/// How often something happened since the start or the last reset.
+struct InputCounts {
+  std::uint64_t wheel_messages{0};
+  std::uint64_t steering_messages{0};
+  std::array<std::uint64_t, static_cast<std::size_t>(Verdict::kCount)> verdicts{};
+  std::uint64_t steering_held{0};     ///< steps on the last reading, no newer one having come in time
+  std::uint64_t counter_restarts{0};  ///< counters taken as a new reference
+  std::uint64_t gaps{0};              ///< intervals longer than max_gap
+  std::uint64_t refused_states{0};    ///< steps undone because the result was not finite
+  Duration ahead{0};  ///< how far the newest message dropped as kFuture was ahead of the clock
+
+  std::uint64_t operator[](Verdict verdict) const { return verdicts[static_cast<std::size_t>(verdict)]; }
+};
+
+enum class OdometryState { kNominal, kDegraded, kNoSteering };
+
+/// What one step used and doubted.
+struct StepReport {
+  OdometryState state{OdometryState::kNominal};
+  double interval{0.0};  ///< [s] since the wheel message before, 0 where there is none
+  double step{0.0};      ///< [m] path length of base_link, negative in reverse
+  PerWheel<bool> wheel_used;
+  PerWheel<double> wheel_travel;  ///< [m]
+  FitResiduals residuals;
+  PerAxle<double> steering_angle;  ///< [rad] mean over the step
+  PerAxle<double> steering_age;    ///< [s]
+  double distance{0.0};            ///< [m] since the start or reset
+  InputCounts counts;
+};
+
+struct OdometryUpdate {
+  Time stamp;      ///< of the wheel message
+  Time completed;  ///< receipt of the message that completed it, or the end of its wait
+  OdometryEstimate estimate;
+  StepReport report;
+};
+
+/// From received readings to odometry: checks every message, puts readings in order, brings the steering to
+/// the encoders' time, waits for it within bounds, and steps the estimator. One update for each accepted
+/// wheel message.
+///
+/// Live and replay both drive this class, with `now` and receipt times from the ROS clock or from the bag:
+///     pipeline.addSteering(...) or pipeline.addWheels(...);
+///     while (const auto update = pipeline.next(now)) publish(*update);
+/// and again no later than at deadline(). Not thread safe.
+class OdometryPipeline {
+ public:
+  explicit OdometryPipeline(const OdometryConfiguration& configuration);
+
+  /// @param reading  raw angle of the axle's sensor [rad]
+  Verdict addSteering(Axle axle, Time stamp, Time receipt, double reading);
+  Verdict addWheels(const WheelCounts& counts);
+  /// Counts a message that was turned down before it got here, and says so.
+  Verdict reject(Verdict verdict);
+
+  /// The next update that is complete at `now`, if any.
+  std::optional<OdometryUpdate> next(Time now);
+
+  /// When the oldest waiting wheel message gives up its wait; none when nothing waits.
+  std::optional<Time> deadline() const;
+
+  /// Back to the initial pose and covariance; the next wheel message is the first one. Steering stays known.
+  void reset();
+
+  /// A new run: everything as at the start (a bag that loops).
+  void restart();
+
+  /// The clock went back: readings in the old time are forgotten, pose and counters stay.
+  void rebaseTime();
+
+  /// Puts the car at a pose of base_link in odom; distance and counts go on.
+  void setPose(const Pose2& pose, const Eigen::Matrix3d& covariance);
+
+  const InputCounts& counts() const { return counts_; }
+  const PerAxle<bool>& steeringNeeded() const { return steering_needed_; }
+  const PerWheel<bool>& wheelUsed() const { return wheel_used_; }
+  bool hasSteering(Axle axle) const { return !steering_[axle].empty(); }
+  /// True once a wheel message has given the initial pose.
+  bool started() const { return reference_.has_value(); }
+
+ private:
+  void forgetTime();
+  Verdict checkStamp(Time stamp, Time receipt);
+  Verdict count(Verdict verdict);
+  bool steeringReaches(Time stamp) const;
+  bool steeringKnown() const;
+  bool steeringReachesBack(Time stamp) const;
+  std::optional<OdometryUpdate> process(const WheelCounts& counts, Time completed);
+  PerWheel<double> travels(const WheelCounts& from, const WheelCounts& to) const;
+  bool isPlausible(const PerWheel<double>& travels, Duration interval) const;
+  bool takeReference(const WheelCounts& counts);
+  void move(const WheelCounts& counts);
+  SteeringAngles anglesAt(Time stamp) const;
+  PerAxle<double> steeringAges(Time stamp) const;
+  PerAxle<double> steeringDoubt(double interval) const;
+  OdometryUpdate update(const WheelCounts& counts, Time completed);
+
+  OdometryConfiguration configuration_;
+  PerAxle<bool> steering_needed_;
+  PerWheel<bool> wheel_used_;
+  OdometryEstimator estimator_;
+  PerAxle<SteeringBuffer> steering_;
+  std::vector<WheelCounts> waiting_;       ///< in order of stamps
+  std::optional<WheelCounts> reference_;   ///< counters at the present pose
+  std::optional<WheelCounts> suspicious_;  ///< implausible counters, a restart if the next ones follow them
+  std::optional<Time> newest_wheels_;
+  bool reference_time_known_{false};  ///< false after rebaseTime: the interval from reference_ is unknown
+  SteeringAngles last_angles_;        ///< at the reference
+  StepReport report_;
+  InputCounts counts_;
+};
+
+}  // namespace bs_car_odometry

@@ -1,0 +1,325 @@
+#include "bs_car_odometry/core/odometry_pipeline.hpp"
+
+#include "bs_car_odometry/core/wheel_counters.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+
+namespace bs_car_odometry {
+
+namespace {
+
+/// Wheel messages that may wait for steering: at 1 kHz as long as steering_wait may be.
+constexpr std::size_t kMostWaiting = 2048;
+
+/// A travel is implausible beyond this multiple of what max_speed allows in the interval, and the jitter of
+/// stamps, which shortens an interval without shortening the travel [s].
+constexpr double kPlausibleExcess = 1.5;
+constexpr double kStampJitter = 0.01;
+
+PerWheel<bool> wheelsUsed(const OdometryConfiguration& c) {
+  PerWheel<bool> used;
+  for (const Wheel wheel : kAllWheels) {
+    const Axle axle = axleOf(wheel);
+    const bool selected = c.options.axles == AxleSelection::kBoth ||
+                          (c.options.axles == AxleSelection::kFront) == (axle == Axle::kFront);
+    used[wheel] = selected && c.vehicle.hasEncoder(wheel);
+  }
+  return used;
+}
+
+/// The nearest covariance: what is accepted from outside may have eigenvalues below zero by its rounding,
+/// what is published must not.
+Eigen::Matrix3d withoutNegativeVariances(const Eigen::Matrix3d& covariance) {
+  Eigen::Matrix3d symmetric = 0.5 * (covariance + covariance.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(symmetric);
+  if (!(solver.eigenvalues().minCoeff() < 0.0)) return symmetric;
+  const Eigen::Matrix3d& V = solver.eigenvectors();
+  const Eigen::Matrix3d nearest = V * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * V.transpose();
+  return 0.5 * (nearest + nearest.transpose());
+}
+
+OdometryConfiguration withCleanCovariance(OdometryConfiguration configuration) {
+  configuration.initial_pose.covariance = withoutNegativeVariances(configuration.initial_pose.covariance);
+  return configuration;
+}
+
+}  // namespace
+
+OdometryPipeline::OdometryPipeline(const OdometryConfiguration& configuration)
+    : configuration_(configuration),
+      steering_needed_(bs_car_odometry::steeringNeeded(configuration.vehicle, configuration.options)),
+      wheel_used_(wheelsUsed(configuration)),
+      estimator_(withCleanCovariance(configuration)) {
+  waiting_.reserve(kMostWaiting);
+}
+
+Verdict OdometryPipeline::count(Verdict verdict) {
+  ++counts_.verdicts[static_cast<std::size_t>(verdict)];
+  return verdict;
+}
+
+Verdict OdometryPipeline::reject(Verdict verdict) { return count(verdict); }
+
+Verdict OdometryPipeline::checkStamp(Time stamp, Time receipt) {
+  if (stamp == Time()) return Verdict::kStampZero;
+  if (stamp <= receipt + configuration_.limits.max_future) return Verdict::kAccepted;
+  counts_.ahead = stamp - receipt;
+  return Verdict::kFuture;
+}
+
+Verdict OdometryPipeline::addSteering(Axle axle, Time stamp, Time receipt, double reading) {
+  const Verdict stamped = checkStamp(stamp, receipt);
+  if (stamped != Verdict::kAccepted) return count(stamped);
+  if (!std::isfinite(reading)) return count(Verdict::kNotFinite);
+  const SteeringCalibration& calibration = configuration_.vehicle.steering[axle];
+  const double angle = calibration.scale * reading + calibration.offset;
+  if (std::abs(angle) > configuration_.limits.steering_limit) return count(Verdict::kSteeringLimit);
+  switch (steering_[axle].insert(stamp, angle)) {
+    case SteeringBuffer::Inserted::kRepeated:
+      return count(Verdict::kRepeated);
+    case SteeringBuffer::Inserted::kTooOld:
+      return count(Verdict::kOutOfOrder);
+    case SteeringBuffer::Inserted::kYes:
+      break;
+  }
+  ++counts_.steering_messages;
+  return Verdict::kAccepted;
+}
+
+Verdict OdometryPipeline::addWheels(const WheelCounts& counts) {
+  const Verdict stamped = checkStamp(counts.stamp, counts.receipt);
+  if (stamped != Verdict::kAccepted) return count(stamped);
+  if (newest_wheels_ && counts.stamp == *newest_wheels_) return count(Verdict::kRepeated);
+  if (newest_wheels_ && counts.stamp < *newest_wheels_) return count(Verdict::kOutOfOrder);
+  if (waiting_.size() >= kMostWaiting) return count(Verdict::kOverflow);
+  newest_wheels_ = counts.stamp;
+  waiting_.push_back(counts);
+  return Verdict::kAccepted;
+}
+
+bool OdometryPipeline::steeringReaches(Time stamp) const {
+  for (const Axle axle : kAllAxles)
+    if (steering_needed_[axle] && (steering_[axle].empty() || *steering_[axle].newest() < stamp))
+      return false;
+  return true;
+}
+
+bool OdometryPipeline::steeringKnown() const {
+  for (const Axle axle : kAllAxles)
+    if (steering_needed_[axle] && steering_[axle].empty()) return false;
+  return true;
+}
+
+bool OdometryPipeline::steeringReachesBack(Time stamp) const {
+  for (const Axle axle : kAllAxles)
+    if (steering_needed_[axle] && stamp < *steering_[axle].oldest()) return false;
+  return true;
+}
+
+std::optional<Time> OdometryPipeline::deadline() const {
+  if (waiting_.empty()) return std::nullopt;
+  return waiting_.front().receipt + configuration_.limits.steering_wait;
+}
+
+std::optional<OdometryUpdate> OdometryPipeline::next(Time now) {
+  while (!waiting_.empty()) {
+    const bool complete = steeringReaches(waiting_.front().stamp);
+    if (!complete && now < *deadline()) return std::nullopt;
+    const Time completed = complete ? now : *deadline();
+    const WheelCounts counts = waiting_.front();
+    waiting_.erase(waiting_.begin());
+    if (!steeringKnown()) {
+      count(Verdict::kNoSteering);
+      continue;
+    }
+    if (!complete) ++counts_.steering_held;
+    if (auto update = process(counts, completed)) return update;
+  }
+  return std::nullopt;
+}
+
+std::optional<OdometryUpdate> OdometryPipeline::process(const WheelCounts& counts, Time completed) {
+  const double distance = report_.distance;
+  report_ = StepReport();
+  report_.distance = distance;
+  report_.steering_age = steeringAges(counts.stamp);
+  const double oldest = std::max(report_.steering_age.front, report_.steering_age.rear);
+  if (oldest > toSeconds(configuration_.limits.max_steering_age)) report_.state = OdometryState::kNoSteering;
+  if (!reference_) {
+    last_angles_ = anglesAt(counts.stamp);
+    report_.steering_angle = {last_angles_.front, last_angles_.rear};
+    reference_ = counts;
+    reference_time_known_ = true;
+  } else if (takeReference(counts)) {
+    move(counts);
+  } else {
+    count(Verdict::kImplausible);
+    return std::nullopt;
+  }
+  return update(counts, completed);
+}
+
+PerWheel<double> OdometryPipeline::travels(const WheelCounts& from, const WheelCounts& to) const {
+  PerWheel<double> travels;
+  for (const Wheel wheel : kAllWheels) {
+    if (!wheel_used_[wheel]) continue;
+    const std::int64_t ticks =
+        counterDifference(to.ticks[wheel], from.ticks[wheel], configuration_.vehicle.counter_bits);
+    travels[wheel] = configuration_.vehicle.calibratedMetresPerTick(wheel) * static_cast<double>(ticks);
+  }
+  return travels;
+}
+
+bool OdometryPipeline::isPlausible(const PerWheel<double>& travels, Duration interval) const {
+  const double longest =
+      configuration_.limits.max_speed * (kPlausibleExcess * toSeconds(interval) + kStampJitter);
+  for (const double travel : travels.values)
+    if (std::abs(travel) > longest) return false;
+  return true;
+}
+
+/// Makes sure that the counters can be taken from the reference. Counters that jumped once are left out; when
+/// the next ones follow the jump, the counters have been restarted, and the jump becomes the new reference.
+/// @return false when `counts` must be left out
+bool OdometryPipeline::takeReference(const WheelCounts& counts) {
+  const auto follows = [&](const WheelCounts& from, bool time_known) {
+    const Duration interval = time_known ? counts.stamp - from.stamp : configuration_.limits.max_gap;
+    return isPlausible(travels(from, counts), interval);
+  };
+  if (follows(*reference_, reference_time_known_)) {
+    suspicious_.reset();
+    return true;
+  }
+  if (!suspicious_ || !follows(*suspicious_, true)) {
+    suspicious_ = counts;
+    return false;
+  }
+  ++counts_.counter_restarts;
+  estimator_.inflate(reference_time_known_ ? suspicious_->stamp - reference_->stamp
+                                           : configuration_.limits.max_gap);
+  reference_ = suspicious_;
+  reference_time_known_ = true;
+  suspicious_.reset();
+  return true;
+}
+
+void OdometryPipeline::move(const WheelCounts& counts) {
+  StepReadings readings;
+  readings.travel = travels(*reference_, counts);
+  // After a long interval, or in a new time, the buffer may begin after the reference.
+  const bool reaches_back = reference_time_known_ && steeringReachesBack(reference_->stamp);
+  readings.begin = reaches_back ? anglesAt(reference_->stamp) : last_angles_;
+  readings.end = anglesAt(counts.stamp);
+  std::optional<Duration> interval;
+  if (reference_time_known_) {
+    interval = counts.stamp - reference_->stamp;
+    report_.interval = toSeconds(*interval);
+    if (*interval > configuration_.limits.max_gap) {
+      ++counts_.gaps;
+      interval.reset();
+    }
+  }
+  last_angles_ = readings.end;
+  reference_ = counts;
+  reference_time_known_ = true;
+  const Pose2 before = estimator_.estimate().pose;
+  if (!estimator_.step(readings, interval)) {
+    // What was not finite must not leave by the report either.
+    ++counts_.refused_states;
+    report_.state = OdometryState::kDegraded;
+    return;
+  }
+  estimator_.doubtSteering(before, interval, steeringDoubt(report_.interval));
+  const BodyMotion& motion = estimator_.lastIncrement().motion;
+  const double path = motion.head<2>().norm();
+  report_.step = motion.x() < 0.0 ? -path : path;
+  report_.distance += path;
+  report_.wheel_used = wheel_used_;
+  report_.wheel_travel = readings.travel;
+  report_.residuals = estimator_.residuals();
+  const SteeringAngles mean = readings.mean();
+  report_.steering_angle = {mean.front, mean.rear};
+}
+
+SteeringAngles OdometryPipeline::anglesAt(Time stamp) const {
+  const RearSteering& rear = configuration_.vehicle.rear_steering;
+  SteeringAngles angles;
+  if (steering_needed_.front) angles.front = steering_.front.angleAt(stamp);
+  if (rear.source == RearSteering::Source::kPolynomial) {
+    angles.rear = rear.angle(angles.front);
+  } else if (steering_needed_.rear) {
+    angles.rear = steering_.rear.angleAt(stamp);
+  }
+  return angles;
+}
+
+/// [s] from the newest reading that is not after `stamp`; 0 where none is needed.
+PerAxle<double> OdometryPipeline::steeringAges(Time stamp) const {
+  PerAxle<double> ages;
+  for (const Axle axle : kAllAxles) {
+    if (!steering_needed_[axle]) continue;
+    const std::optional<Time> newest = steering_[axle].newestUntil(stamp);
+    ages[axle] = newest ? toSeconds(stamp - *newest) : 0.0;
+  }
+  return ages;
+}
+
+/// Standard deviation of the angles of a step [rad] beyond their noise: from max_steering_age on it grows
+/// with the age of the reading until, a second old, the angle may be anywhere in its range. Inside a long
+/// interval between wheel messages no instant is further than half of it from a known angle.
+PerAxle<double> OdometryPipeline::steeringDoubt(double interval) const {
+  constexpr double kUnknownAge = 1.0;  // [s]
+  const InputLimits& limits = configuration_.limits;
+  const double anywhere = limits.steering_limit / std::sqrt(3.0);  // uniform over the range
+  const double trusted = toSeconds(limits.max_steering_age);
+  PerAxle<double> doubt;
+  for (const Axle axle : kAllAxles) {
+    if (!steering_needed_[axle]) continue;
+    const double in_gap = interval > toSeconds(limits.max_gap) ? 0.5 * interval : 0.0;
+    const double age = std::max(report_.steering_age[axle], in_gap);
+    if (age > trusted)
+      doubt[axle] = anywhere * std::min((age - trusted) / std::max(kUnknownAge - trusted, 1e-3), 1.0);
+  }
+  return doubt;
+}
+
+OdometryUpdate OdometryPipeline::update(const WheelCounts& counts, Time completed) {
+  ++counts_.wheel_messages;
+  report_.counts = counts_;
+  return {counts.stamp, completed, estimator_.estimate(), report_};
+}
+
+void OdometryPipeline::reset() {
+  estimator_.reset();
+  waiting_.clear();
+  reference_.reset();
+  suspicious_.reset();
+  report_ = StepReport();
+  counts_ = InputCounts();
+}
+
+void OdometryPipeline::forgetTime() {
+  for (const Axle axle : kAllAxles) steering_[axle].clear();
+  waiting_.clear();
+  suspicious_.reset();
+  newest_wheels_.reset();
+}
+
+void OdometryPipeline::restart() {
+  reset();
+  forgetTime();
+}
+
+void OdometryPipeline::rebaseTime() {
+  forgetTime();
+  reference_time_known_ = false;
+}
+
+void OdometryPipeline::setPose(const Pose2& pose, const Eigen::Matrix3d& covariance) {
+  estimator_.setPose(pose, withoutNegativeVariances(covariance));
+}
+
+}  // namespace bs_car_odometry
