@@ -1,0 +1,39 @@
+#pragma once
+
+#include "bs_car_odometry/parameters/parameters.hpp"
+
+#include <yaml-cpp/yaml.h>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bs_car_odometry {
+
+/// Thrown with one message that lists every missing, mistyped and out-of-range value: name, value, what is
+/// allowed, one a line.
+class ParameterError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct LoadedParameters {
+  Parameters parameters;
+  std::vector<std::string> warnings;  ///< unknown names, each with the nearest known one
+};
+
+/// Reads parameters from a YAML tree (a file's, or the parameter server's).
+/// Numbers may be strings when they are wholly numeric and finite, such as `1e-3`.
+/// @throws ParameterError
+LoadedParameters loadParameters(const YAML::Node& tree);
+
+/// The tree of a YAML file, with `overrides` ("odometry/axles", "rear") applied last.
+/// @throws ParameterError when the file cannot be read or parsed, or an override names an unknown parameter.
+YAML::Node loadParameterFile(const std::string& path,
+                             const std::vector<std::pair<std::string, std::string>>& overrides = {});
+
+/// Paths of every known parameter, with slashes, in the order of the documentation.
+std::vector<std::string> parameterPaths();
+
+}  // namespace bs_car_odometry

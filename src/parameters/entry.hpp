@@ -1,0 +1,117 @@
+#pragma once
+
+#include "bs_car_odometry/core/time.hpp"
+
+#include <yaml-cpp/yaml.h>
+#include <Eigen/Core>
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace bs_car_odometry::schema {
+
+/// One parameter: where it stands in the YAML tree, what is allowed there, and how it reaches its struct.
+struct Entry {
+  std::string path;     ///< "vehicle/track/front"
+  std::string allowed;  ///< for messages: "a number above 0, at most 100 [m]"
+
+  /// Reads a node into the member of the struct; returns what is wrong with the value ("is not a number"), or
+  /// nothing, and leaves the member alone when something is wrong.
+  std::function<std::string(const YAML::Node&)> read;
+
+  bool required{false};
+  bool one_for_both_axles{false};  ///< a single value one level up ("vehicle/track: 1.2") serves both axles
+};
+
+/// Parameters in the order of the documentation. Entries refer to the struct they were made for.
+using Schema = std::vector<Entry>;
+
+/// What a number must lie in.
+struct Range {
+  double low;
+  double high;
+  bool low_included;
+  std::string unit;  ///< empty: none
+
+  bool holds(double value) const { return (low_included ? value >= low : value > low) && value <= high; }
+  std::string text() const;
+};
+
+/// low <= value <= high.
+inline Range from(double low, double high, std::string unit = "") {
+  return {low, high, true, std::move(unit)};
+}
+/// low < value <= high.
+inline Range above(double low, double high, std::string unit = "") {
+  return {low, high, false, std::move(unit)};
+}
+
+/// The words that a parameter knows, with their values, and those only a later version will know.
+template <typename Value>
+struct Choices {
+  std::vector<std::pair<std::string, Value>> words;
+  std::vector<std::string> not_yet{};
+};
+
+Entry number(const std::string& path, double& member, const Range& range);
+Entry nonZeroNumber(const std::string& path, double& member, const Range& range);
+Entry seconds(const std::string& path, Duration& member, const Range& range);
+Entry flag(const std::string& path, bool& member);
+Entry text(const std::string& path, std::string& member, const std::string& allowed = "a text");
+
+/// 0, or a whole number in [low, high].
+Entry zeroOrInteger(const std::string& path, int& member, int low, int high);
+
+/// A list of `fewest` to `most` numbers, each in [-limit, limit].
+Entry numbers(const std::string& path, std::vector<double>& member, std::size_t fewest, std::size_t most,
+              double limit);
+
+/// A list of at most `most` texts; a single text is a list of one, or of none when it is empty.
+Entry texts(const std::string& path, std::vector<std::string>& member, std::size_t most,
+            const std::string& allowed);
+
+/// A list of different words out of `words`, at least one.
+Entry subset(const std::string& path, std::vector<std::string>& member,
+             const std::vector<std::string>& words);
+
+/// Nine numbers, row by row: a symmetric positive semidefinite matrix.
+Entry covariance(const std::string& path, Eigen::Matrix3d& member);
+
+/// A flag that only a later version lets be true.
+Entry flagNotYet(const std::string& path, bool& member);
+
+/// A text that only a later version lets be anything but empty.
+Entry textNotYet(const std::string& path, std::string& member);
+
+Entry required(Entry entry);
+Entry oneForBothAxles(Entry entry);
+
+/// The node's text, on one line and short enough for a message.
+std::string valueText(const YAML::Node& node);
+
+namespace detail {
+extern const char* const kNotSupported;
+std::string wordsText(const std::vector<std::string>& words);
+bool contains(const std::vector<std::string>& words, const std::string& word);
+}  // namespace detail
+
+/// One word out of several, for an enumeration.
+template <typename Value>
+Entry choice(const std::string& path, Value& member, Choices<Value> choices) {
+  std::vector<std::string> words;
+  for (const auto& [word, value] : choices.words) words.push_back(word);
+  const auto read = [&member, choices](const YAML::Node& node) -> std::string {
+    if (!node.IsScalar()) return "is not a word";
+    for (const auto& [word, value] : choices.words) {
+      if (node.Scalar() != word) continue;
+      member = value;
+      return "";
+    }
+    return detail::contains(choices.not_yet, node.Scalar()) ? detail::kNotSupported : "is not known";
+  };
+  return {path, detail::wordsText(words), read};
+}
+
+}  // namespace bs_car_odometry::schema

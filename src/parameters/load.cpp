@@ -1,0 +1,141 @@
+#include "bs_car_odometry/parameters/load.hpp"
+
+#include "names.hpp"
+#include "schema.hpp"
+
+#include <fstream>
+#include <iterator>
+
+namespace bs_car_odometry {
+namespace {
+
+using schema::Entry;
+using schema::Names;
+using schema::Report;
+
+/// A vehicle file has some 4 kB; more is a mistake such as a bag in its place.
+constexpr std::size_t kLargestFile = 65536;
+
+/// The node at `parts[depth]...` below `node`, undefined where there is none.
+YAML::Node find(const YAML::Node& node, const std::vector<std::string>& parts, std::size_t depth,
+                bool one_for_both_axles) {
+  if (depth == parts.size()) return node;
+  if (node.IsScalar() && one_for_both_axles && depth + 1 == parts.size()) return node;
+  if (!node.IsMap()) return YAML::Node(YAML::NodeType::Undefined);
+  const YAML::Node child = node[parts[depth]];
+  if (!child.IsDefined()) return YAML::Node(YAML::NodeType::Undefined);
+  return find(child, parts, depth + 1, one_for_both_axles);
+}
+
+void readEntry(const YAML::Node& tree, const Entry& entry, Report& report) {
+  const YAML::Node node = find(tree, schema::split(entry.path), 0, entry.one_for_both_axles);
+  if (node.IsDefined()) {
+    const std::string wrong = entry.read(node);
+    if (!wrong.empty()) report.problem(entry.path, schema::valueText(node), wrong, entry.allowed);
+  } else if (entry.required) {
+    report.problem(entry.path, "", "is missing", entry.allowed);
+  }
+}
+
+std::string readFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw ParameterError(path + ": cannot be opened");
+  std::string text(kLargestFile + 1, '\0');
+  file.read(&text[0], static_cast<std::streamsize>(text.size()));
+  if (file.bad() || (file.fail() && !file.eof())) throw ParameterError(path + ": cannot be read");
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.size() > kLargestFile) throw ParameterError(path + ": is larger than 64 kB, no parameter file");
+  return text;
+}
+
+YAML::Node parse(const std::string& text, const std::string& source) {
+  try {
+    return YAML::Load(text);
+  } catch (const YAML::Exception& error) {
+    throw ParameterError(source + ": not YAML: " + error.what());
+  }
+}
+
+/// The map below `parent` under `key`, made where there is none. A single value for both axles becomes a map
+/// first, so that one axle can be set.
+YAML::Node childMap(YAML::Node parent, const std::string& key, bool is_axle_pair) {
+  const YAML::Node child = parent[key];
+  if (child.IsDefined() && child.IsMap()) return child;
+  YAML::Node map(YAML::NodeType::Map);
+  if (child.IsDefined() && child.IsScalar() && is_axle_pair) {
+    map["front"] = child.Scalar();
+    map["rear"] = child.Scalar();
+  }
+  parent[key] = map;
+  return map;
+}
+
+void apply(const std::string& path, const YAML::Node& value, const Names& names, YAML::Node& tree) {
+  const std::vector<std::string> parts = schema::split(path);
+  YAML::Node node = tree;
+  std::string group;
+  for (std::size_t i = 0; i + 1 < parts.size(); ++i) {
+    group += (i == 0 ? "" : "/") + parts[i];
+    node.reset(childMap(node, parts[i], names.isAxlePair(group)));
+  }
+  node[parts.back()] = value;
+}
+
+void applyOverrides(const std::vector<std::pair<std::string, std::string>>& overrides, YAML::Node& tree) {
+  Parameters parameters;
+  const Names names(schema::parameterSchema(parameters));
+  Report report;
+  for (const auto& [path, value] : overrides) {
+    if (names.isParameter(path) || names.isGroup(path)) {
+      apply(path, parse(value, path), names, tree);
+    } else {
+      report.problem(path, schema::quoted(value), "is set, but no such parameter is known",
+                     "a known name; the nearest is " + names.nearest(path));
+    }
+  }
+  report.throwProblems();
+}
+
+LoadedParameters load(const YAML::Node& tree) {
+  LoadedParameters loaded;
+  const schema::Schema entries = schema::parameterSchema(loaded.parameters);
+  Report report;
+  Names(entries).check(tree, report);
+  for (const Entry& entry : entries) readEntry(tree, entry, report);
+  schema::stripLeadingSlashes(loaded.parameters, report);
+  schema::checkRules(loaded.parameters, report);
+  report.throwProblems();
+  loaded.warnings = report.warnings();
+  return loaded;
+}
+
+}  // namespace
+
+LoadedParameters loadParameters(const YAML::Node& tree) {
+  try {
+    if (tree.IsDefined() && !tree.IsNull() && !tree.IsMap())
+      throw ParameterError("the parameters: " + schema::valueText(tree) +
+                           " is not a map of names and values");
+    return load(tree.IsDefined() ? tree : YAML::Node());
+  } catch (const YAML::Exception& error) {
+    throw ParameterError(std::string("the parameters cannot be read: ") + error.what());
+  }
+}
+
+YAML::Node loadParameterFile(const std::string& path,
+                             const std::vector<std::pair<std::string, std::string>>& overrides) {
+  YAML::Node tree = parse(readFile(path), path);
+  if (!tree.IsDefined() || tree.IsNull()) throw ParameterError(path + ": is empty");
+  if (!tree.IsMap()) throw ParameterError(path + ": is not a map of names and values");
+  applyOverrides(overrides, tree);
+  return tree;
+}
+
+std::vector<std::string> parameterPaths() {
+  Parameters parameters;
+  std::vector<std::string> paths;
+  for (const Entry& entry : schema::parameterSchema(parameters)) paths.push_back(entry.path);
+  return paths;
+}
+
+}  // namespace bs_car_odometry
