@@ -1,0 +1,53 @@
+#pragma once
+
+#include "bs_car_odometry/core/odometry_pipeline.hpp"
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <ros/ros.h>
+
+#include <string>
+
+namespace bs_car_odometry {
+
+/// `/diagnostics` of the odometry at 1 Hz: Encoders, Steering, Clock, Output (docs/reliability.md). What is
+/// reported is what happened since the report before; every sentence names the remedy.
+class OdometryDiagnostics {
+ public:
+  OdometryDiagnostics(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
+                      const OdometryPipeline& pipeline, const std::string& vehicle);
+
+  /// Notes that a wheel message was received.
+  void noteWheels() { newest_wheels_ = ros::SteadyTime::now(); }
+  void noteUpdate(const OdometryUpdate& update) { state_ = update.report.state; }
+
+ private:
+  using Status = diagnostic_updater::DiagnosticStatusWrapper;
+
+  void report();
+  void encoders(Status& status);
+  void steering(Status& status);
+  void clock(Status& status);
+  void output(Status& status);
+  std::uint64_t since(Verdict verdict) const { return pipeline_.counts()[verdict] - reported_[verdict]; }
+  /// Merges a level and the sentence of a verdict when it was given since the last report.
+  void add(Status& status, unsigned char level, Verdict verdict) const;
+
+  const OdometryPipeline& pipeline_;
+  diagnostic_updater::Updater updater_;
+  ros::WallTimer timer_;
+  ros::SteadyTime newest_wheels_;
+  OdometryState state_{OdometryState::kNominal};
+  InputCounts reported_;
+};
+
+/// `/diagnostics` of a nodelet that could not start: ERROR with the reason, at 1 Hz.
+class FailureReport {
+ public:
+  FailureReport(const ros::NodeHandle& node, const ros::NodeHandle& private_node, const std::string& reason);
+
+ private:
+  diagnostic_updater::Updater updater_;
+  ros::WallTimer timer_;
+};
+
+}  // namespace bs_car_odometry

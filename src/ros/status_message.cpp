@@ -1,0 +1,66 @@
+#include "bs_car_odometry/ros/conversions.hpp"
+#include "bs_car_odometry/ros/verdicts.hpp"
+
+#include <algorithm>
+
+namespace bs_car_odometry {
+
+namespace {
+
+const std::string& stateName(OdometryState state) {
+  switch (state) {
+    case OdometryState::kNominal:
+      return OdometryStatus::NOMINAL;
+    case OdometryState::kDegraded:
+      return OdometryStatus::DEGRADED;
+    case OdometryState::kNoSteering:
+      return OdometryStatus::NO_STEERING;
+  }
+  return OdometryStatus::DEGRADED;
+}
+
+void fillCounts(const InputCounts& counts, OdometryStatus& message) {
+  message.wheel_messages = counts.wheel_messages;
+  message.steering_messages = counts.steering_messages;
+  message.dropped_stamp_zero = counts[Verdict::kStampZero];
+  message.dropped_stamp_invalid = counts[Verdict::kStampInvalid];
+  message.dropped_repeated = counts[Verdict::kRepeated];
+  message.dropped_out_of_order = counts[Verdict::kOutOfOrder];
+  message.dropped_future = counts[Verdict::kFuture];
+  message.dropped_not_finite = counts[Verdict::kNotFinite];
+  message.dropped_steering_limit = counts[Verdict::kSteeringLimit];
+  message.dropped_no_steering = counts[Verdict::kNoSteering];
+  message.dropped_implausible = counts[Verdict::kImplausible];
+  message.dropped_overflow = counts[Verdict::kOverflow];
+  message.steering_held = counts.steering_held;
+  message.counter_restarts = counts.counter_restarts;
+  message.gaps = counts.gaps;
+  message.refused_states = counts.refused_states;
+}
+
+}  // namespace
+
+void fillStatus(const OdometryUpdate& update, const OutputFrames& frames, OdometryStatus& message) {
+  const StepReport& report = update.report;
+  message.header.stamp = toRos(update.stamp);
+  message.header.frame_id = frames.base;
+  message.state = stateName(report.state);
+  message.reason = explain(report.state);
+  message.interval = report.interval;
+  message.step = report.step;
+  for (std::size_t i = 0; i < kWheels; ++i) message.wheel_used[i] = report.wheel_used.values[i];
+  const auto copy = [](const auto& from, auto& to) { std::copy(from.begin(), from.end(), to.begin()); };
+  copy(report.wheel_travel.values, message.wheel_travel);
+  copy(report.residuals.wheel.values, message.wheel_residual);
+  for (const Axle axle : kAllAxles) {
+    message.axle_residual[index(axle)] = report.residuals.axle[axle];
+    message.steering_angle[index(axle)] = report.steering_angle[axle];
+    message.steering_age[index(axle)] = report.steering_age[axle];
+  }
+  message.chi_square = report.residuals.chi_square;
+  message.degrees_of_freedom = report.residuals.degrees_of_freedom;
+  message.distance = report.distance;
+  fillCounts(report.counts, message);
+}
+
+}  // namespace bs_car_odometry
