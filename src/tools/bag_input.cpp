@@ -1,0 +1,57 @@
+#include "bag_input.hpp"
+
+#include "tool.hpp"
+
+#include <algorithm>
+#include <map>
+#include <sstream>
+
+namespace bs_car_odometry::tools {
+
+namespace {
+
+std::map<std::string, std::string> typesByTopic(const rosbag::Bag& bag) {
+  std::map<std::string, std::string> types;
+  for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections())
+    types[connection->topic] = connection->datatype;
+  return types;
+}
+
+std::string listOf(const std::map<std::string, std::string>& types) {
+  std::ostringstream list;
+  for (const auto& [topic, type] : types)
+    list << (list.tellp() > 0 ? ", " : "") << topic << " (" << type << ")";
+  return list.str();
+}
+
+}  // namespace
+
+std::unique_ptr<rosbag::Bag> openBag(const std::string& path) {
+  auto bag = std::make_unique<rosbag::Bag>();
+  try {
+    bag->open(path, rosbag::bagmode::Read);
+  } catch (const rosbag::BagUnindexedException&) {
+    throw InputError(path + " has no index, as when recording was cut off: repair it with 'rosbag reindex " +
+                     path + "'");
+  } catch (const rosbag::BagException& error) {
+    throw InputError(path + " cannot be read as a bag: " + error.what());
+  }
+  return bag;
+}
+
+void requireTopics(const rosbag::Bag& bag, const std::string& path, const std::vector<WantedTopic>& wanted) {
+  const std::map<std::string, std::string> types = typesByTopic(bag);
+  if (types.empty()) throw InputError(path + " holds no messages");
+  for (const WantedTopic& topic : wanted) {
+    const auto spelling = std::find_if(topic.spellings.begin(), topic.spellings.end(),
+                                       [&types](const std::string& name) { return types.count(name) > 0; });
+    if (spelling == topic.spellings.end())
+      throw InputError(path + " has no topic " + topic.spellings.front() + " (" + topic.type +
+                       "); it holds " + listOf(types) + "; name another with name:=topic");
+    if (types.at(*spelling) != topic.type)
+      throw InputError(path + ": topic " + *spelling + " is a " + types.at(*spelling) + ", not a " +
+                       topic.type);
+  }
+}
+
+}  // namespace bs_car_odometry::tools

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace bs_car_odometry::tools {
+
+/// Opens a bag for reading.
+/// @throws InputError naming what is wrong and the command that repairs it
+std::unique_ptr<rosbag::Bag> openBag(const std::string& path);
+
+/// A topic that a tool reads, under any of its spellings, and the type that it must have.
+struct WantedTopic {
+  std::vector<std::string> spellings;
+  std::string type;
+};
+
+/// Checks that every wanted topic is in the bag, with its type.
+/// @throws InputError listing what is missing and what the bag holds instead
+void requireTopics(const rosbag::Bag& bag, const std::string& path, const std::vector<WantedTopic>& wanted);
+
+}  // namespace bs_car_odometry::tools

@@ -1,0 +1,217 @@
+#include "tool.hpp"
+
+#include "bs_car_odometry/parameters/load.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <iostream>
+#include <iterator>
+#include <utility>
+
+namespace bs_car_odometry::tools {
+namespace {
+
+namespace po = boost::program_options;
+
+/// The text in one line: line breaks become "; ".
+std::string oneLine(const std::string& text) {
+  std::string line;
+  for (const char c : text) {
+    if (c == '\n') {
+      line += "; ";
+    } else {
+      line += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+  }
+  return line;
+}
+
+int reportError(const std::string& tool, const std::string& what) {
+  std::cerr << tool << ": " << oneLine(what) << std::endl;
+  return kInputErrorStatus;
+}
+
+std::string withLeadingSlash(const std::string& name) {
+  return !name.empty() && name.front() == '/' ? name : '/' + name;
+}
+
+const std::string kRemap = ":=";
+
+bool isRemapping(const std::string& argument) { return argument.find(kRemap) != std::string::npos; }
+
+bool isAmong(const std::vector<std::string>& names, const std::string& name_with_slash) {
+  return std::any_of(names.begin(), names.end(),
+                     [&](const std::string& name) { return withLeadingSlash(name) == name_with_slash; });
+}
+
+std::string folderOf(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  if (slash == std::string::npos) return ".";
+  return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+std::string fileNameOf(const std::string& path) { return path.substr(path.rfind('/') + 1); }
+
+[[noreturn]] void throwSystemError(const std::string& what) {
+  throw InputError(what + ": " + std::strerror(errno));
+}
+
+/// Brings a file, or a folder's entries, from the system's cache to the disk.
+void syncToDisk(const std::string& path, int open_flags) {
+  const int file = ::open(path.c_str(), open_flags | O_CLOEXEC);
+  if (file < 0) throwSystemError("cannot open " + path);
+  const bool synced = ::fsync(file) == 0;
+  const int error = errno;
+  ::close(file);
+  errno = error;
+  // Some file systems cannot sync a folder (EINVAL); the file itself is safe by then.
+  if (!synced && error != EINVAL) throwSystemError("cannot write " + path + " to the disk");
+}
+
+/// What mkstemp does not give: the permissions of any other new file.
+void applyUsualPermissions(int file) {
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  ::fchmod(file, 0666 & ~mask);
+}
+
+std::pair<std::string, std::string> splitSetting(const std::string& setting) {
+  const std::size_t equals = setting.find('=');
+  if (equals == std::string::npos || equals == 0)
+    throw InputError("--set " + setting +
+                     ": expected a parameter path, '=' and a value, such as "
+                     "--set odometry/axles=rear");
+  return {setting.substr(0, equals), setting.substr(equals + 1)};
+}
+
+}  // namespace
+
+int runTool(const std::string& tool, const std::function<void()>& body) {
+  try {
+    body();
+    return 0;
+  } catch (const std::exception& error) {
+    return reportError(tool, error.what());
+  } catch (...) {
+    return reportError(tool, "unknown error");
+  }
+}
+
+std::string listed(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+void warn(const std::string& text) { std::cerr << "warning: " << oneLine(text) << std::endl; }
+
+po::variables_map parseCommandLine(int argc, const char* const* argv, const std::string& usage,
+                                   const po::options_description& options,
+                                   const po::positional_options_description& positional) {
+  std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
+  arguments.erase(std::remove_if(arguments.begin(), arguments.end(), isRemapping), arguments.end());
+  po::options_description all = options;
+  all.add_options()("help,h", "print this text and exit");
+  po::variables_map values;
+  try {
+    // Guessing is off: an option that a later version adds must not change what a script's short form means.
+    po::store(po::command_line_parser(arguments)
+                  .options(all)
+                  .positional(positional)
+                  .style(po::command_line_style::unix_style & ~po::command_line_style::allow_guessing)
+                  .run(),
+              values);
+    if (values.count("help") > 0) {
+      std::cout << usage << "\n\n" << all << std::flush;
+      std::exit(EXIT_SUCCESS);
+    }
+    po::notify(values);
+  } catch (const po::error& error) {
+    throw InputError(std::string(error.what()) + " (see --help)");
+  }
+  return values;
+}
+
+TopicNames::TopicNames(int argc, const char* const* argv, const std::vector<std::string>& known) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (!isRemapping(argument) || argument.compare(0, 2, "__") == 0) continue;
+    const std::size_t separator = argument.find(kRemap);
+    const std::string name = withLeadingSlash(argument.substr(0, separator));
+    const std::string topic = withLeadingSlash(argument.substr(separator + kRemap.size()));
+    if (topic == "/") throw InputError(argument + ": the topic is missing");
+    if (!isAmong(known, name))
+      throw InputError(argument + ": no topic of that name; known: " + listed(known));
+    if (!topics_.emplace(name, topic).second) throw InputError(argument + ": the topic is renamed twice");
+  }
+}
+
+std::string TopicNames::topic(const std::string& name) const {
+  const auto renamed = topics_.find(withLeadingSlash(name));
+  return renamed != topics_.end() ? renamed->second : withLeadingSlash(name);
+}
+
+bool TopicNames::matches(const std::string& recorded, const std::string& name) const {
+  return withLeadingSlash(recorded) == topic(name);
+}
+
+std::vector<std::string> TopicNames::spellings(const std::string& name) const {
+  const std::string full = topic(name);
+  return {full, full.substr(1)};
+}
+
+Parameters loadVehicle(const std::string& config, const std::vector<std::string>& settings) {
+  std::vector<std::pair<std::string, std::string>> overrides;
+  std::transform(settings.begin(), settings.end(), std::back_inserter(overrides), splitSetting);
+  const LoadedParameters loaded = loadParameters(loadParameterFile(config, overrides));
+  const std::string place = config + ": ";
+  for (const std::string& warning : loaded.warnings) warn(place + warning);
+  return loaded.parameters;
+}
+
+AtomicOutput::AtomicOutput(std::string path) : path_(std::move(path)) {
+  if (fileNameOf(path_).empty()) throw InputError("'" + path_ + "' is not the name of a file");
+  struct stat status {};
+  if (::stat(path_.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
+    throw InputError("cannot write " + path_ + ": it is not a regular file");
+  std::string pattern = folderOf(path_) + "/." + fileNameOf(path_) + ".XXXXXX";
+  const int file = ::mkstemp(pattern.data());
+  if (file < 0) throwSystemError("cannot write " + path_);
+  applyUsualPermissions(file);
+  ::close(file);
+  temporary_path_ = pattern;
+}
+
+AtomicOutput::~AtomicOutput() {
+  if (!temporary_path_.empty()) ::unlink(temporary_path_.c_str());
+}
+
+void AtomicOutput::commit() {
+  syncToDisk(temporary_path_, O_RDWR);
+  if (::rename(temporary_path_.c_str(), path_.c_str()) != 0) throwSystemError("cannot write " + path_);
+  temporary_path_.clear();
+  syncToDisk(folderOf(path_), O_RDONLY | O_DIRECTORY);
+}
+
+Progress::Progress(std::string label, double total)
+    : label_(std::move(label)), total_(total), is_terminal_(::isatty(STDERR_FILENO) == 1) {}
+
+Progress::~Progress() {
+  if (percent_shown_ >= 0) std::cerr << std::endl;
+}
+
+void Progress::update(double done) {
+  if (!is_terminal_ || !(total_ > 0.0)) return;
+  const int percent = static_cast<int>(100.0 * std::clamp(done / total_, 0.0, 1.0));
+  if (percent == percent_shown_) return;
+  percent_shown_ = percent;
+  std::cerr << '\r' << label_ << ' ' << percent << " %" << std::flush;
+}
+
+}  // namespace bs_car_odometry::tools
