@@ -1,0 +1,101 @@
+// No step allocates memory: operator new is counted here, and Eigen's own allocations abort.
+#include "vehicles.hpp"
+
+#include "bs_car_odometry/core/odometry_estimator.hpp"
+#include "bs_car_odometry/core/steering_buffer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <limits>
+#include <memory>
+#include <new>
+
+namespace {
+std::size_t allocations = 0;
+}
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace bs_car_odometry {
+namespace {
+
+using namespace test_support;
+
+/// Counts from its making on; forbids Eigen's allocations in the meantime.
+class AllocationWatch {
+ public:
+  AllocationWatch() : before_(allocations) { Eigen::internal::set_is_malloc_allowed(false); }
+  ~AllocationWatch() { Eigen::internal::set_is_malloc_allowed(true); }
+  std::size_t count() const { return allocations - before_; }
+
+ private:
+  std::size_t before_;
+};
+
+TEST(NoAllocation, TheWatchSeesOne) {
+  const AllocationWatch watch;
+  const auto value = std::make_unique<int>(1);
+  EXPECT_EQ(watch.count(), 1u);
+}
+
+TEST(NoAllocation, TheWatchForbidsEigenOne) {
+  EXPECT_DEATH(
+      {
+        const AllocationWatch watch;
+        Eigen::VectorXd vector = Eigen::VectorXd::Zero(100);
+        std::exit(vector.size() == 100 ? 0 : 1);
+      },
+      "heap allocation is forbidden");
+}
+
+TEST(NoAllocation, StepOfTheEstimator) {
+  for (const Vehicle& vehicle : fourGeometries())
+    for (const AxleSelection axles : {AxleSelection::kBoth, AxleSelection::kFront, AxleSelection::kRear}) {
+      OdometryConfiguration configuration;
+      configuration.vehicle = vehicle;
+      configuration.options.axles = axles;
+      OdometryEstimator estimator(configuration);
+      const StepReadings readings = consistentReadings(vehicle, 0.02, slaved(vehicle, 0.2));
+      StepReadings broken = readings;
+      broken.travel.values.fill(std::numeric_limits<double>::quiet_NaN());
+      std::size_t count = 0;
+      {
+        const AllocationWatch watch;
+        for (int i = 0; i < 10; ++i) estimator.step(readings, durationFromSeconds(0.02));
+        estimator.step(broken, durationFromSeconds(0.02));
+        estimator.inflate(durationFromSeconds(0.1));
+        estimator.setPose({}, Eigen::Matrix3d::Identity());
+        estimator.reset();
+        count = watch.count();
+      }
+      EXPECT_EQ(count, 0u) << vehicle.name;
+    }
+}
+
+TEST(NoAllocation, FullSteeringBuffer) {
+  SteeringBuffer buffer(64);
+  double sum = 0.0;
+  std::size_t count = 0;
+  {
+    const AllocationWatch watch;
+    for (int i = 0; i < 10000; ++i) {
+      const Time stamp(std::chrono::milliseconds(10 * i));
+      buffer.insert(stamp, 0.1);
+      buffer.insert(stamp - std::chrono::milliseconds(15), 0.1);  // late
+      sum += buffer.angleAt(stamp);
+    }
+    count = watch.count();
+  }
+  EXPECT_EQ(count, 0u);
+  EXPECT_NEAR(sum, 1000.0, 1e-6);
+}
+
+}  // namespace
+}  // namespace bs_car_odometry
