@@ -1,0 +1,130 @@
+// replay(): what it writes, and what it says of bags that it cannot use.
+
+#include "../../src/tools/replay.hpp"
+
+#include "bs_car_odometry/SteeringAngle.h"
+#include "bs_car_odometry/WheelTicks.h"
+#include "temporary_folder.hpp"
+
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <gmock/gmock.h>
+#include <nav_msgs/Odometry.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+
+#include <sys/resource.h>
+#include <csignal>
+#include <filesystem>
+
+namespace bs_car_odometry::tools::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+Parameters cycab() {
+  Parameters parameters;
+  parameters.vehicle.wheelbase = 1.2;
+  parameters.vehicle.track = {1.2, 1.2};
+  parameters.vehicle.metres_per_tick = {{1e-4, 1e-4, 1e-4, 1e-4}};
+  return parameters;
+}
+
+/// A straight drive at 1 m/s, 20 Hz; a pose is set after its first half.
+void writeDrive(const std::string& path, int messages, bool set_pose = false) {
+  rosbag::Bag bag(path, rosbag::bagmode::Write);
+  for (int i = 0; i < messages; ++i) {
+    const ros::Time stamp(1000.0 + 0.05 * i);
+    SteeringAngle steering;
+    steering.header.stamp = stamp;
+    bag.write("/front_steering", stamp, steering);
+    WheelTicks wheels;
+    wheels.header.stamp = stamp;
+    wheels.front_left = wheels.front_right = wheels.rear_left = wheels.rear_right = 500 * i;
+    bag.write("/wheel_ticks", stamp, wheels);
+    if (!set_pose || i != messages / 2) continue;
+    geometry_msgs::PoseWithCovarianceStamped pose;
+    pose.pose.pose.position.y = 7.0;
+    pose.pose.pose.orientation.w = 1.0;
+    bag.write("/set_pose", stamp + ros::Duration(0.01), pose);
+  }
+}
+
+std::string errorOfReplay(const ReplayFiles& files) {
+  return errorOf([&] { replay(cycab(), TopicNames(), files); });
+}
+
+nav_msgs::Odometry lastOdometry(const std::string& path) {
+  const rosbag::Bag bag(path);
+  nav_msgs::Odometry last;
+  for (const rosbag::MessageInstance& message : rosbag::View(bag, rosbag::TopicQuery("odom")))
+    last = *message.instantiate<nav_msgs::Odometry>();
+  return last;
+}
+
+TEST(Replay, writesTheOdometryOfTheDrive) {
+  const TemporaryFolder folder;
+  writeDrive(folder.file("in.bag"), 21);
+  replay(cycab(), TopicNames(), {folder.file("in.bag"), folder.file("out.bag"), folder.file("path.tum")});
+  EXPECT_NEAR(lastOdometry(folder.file("out.bag")).pose.pose.position.x, 1.0, 1e-9);
+}
+
+TEST(Replay, obeysPosesThatWereSet) {
+  const TemporaryFolder folder;
+  writeDrive(folder.file("in.bag"), 21, true);
+  replay(cycab(), TopicNames(), {folder.file("in.bag"), folder.file("out.bag"), ""});
+  const nav_msgs::Odometry last = lastOdometry(folder.file("out.bag"));
+  EXPECT_NEAR(last.pose.pose.position.x, 0.5, 1e-9);
+  EXPECT_EQ(last.pose.pose.position.y, 7.0);
+}
+
+TEST(Replay, saysWhatIsWrongWithABag) {
+  const TemporaryFolder folder;
+  const std::string in = folder.file("in.bag");
+  const std::string out = folder.file("out.bag");
+  EXPECT_THAT(errorOfReplay({folder.file("none.bag"), out, ""}), HasSubstr("cannot be read"));
+  { const rosbag::Bag empty(in, rosbag::bagmode::Write); }
+  EXPECT_THAT(errorOfReplay({in, out, ""}), HasSubstr("no messages"));
+  {
+    rosbag::Bag bag(in, rosbag::bagmode::Write);
+    bag.write("/wheel_ticks", ros::Time(1000.0), SteeringAngle());
+  }
+  EXPECT_THAT(errorOfReplay({in, out, ""}), HasSubstr("/wheel_ticks is a bs_car_odometry/SteeringAngle"));
+  {
+    rosbag::Bag bag(in, rosbag::bagmode::Write);
+    bag.write("/wheel_ticks", ros::Time(1000.0), WheelTicks());
+  }
+  EXPECT_THAT(errorOfReplay({in, out, ""}), HasSubstr("no topic /front_steering"));
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST(Replay, refusesToOverwriteItsOwnFiles) {
+  const TemporaryFolder folder;
+  const std::string in = folder.file("in.bag");
+  writeDrive(in, 3);
+  const auto size = std::filesystem::file_size(in);
+  EXPECT_THAT(errorOfReplay({in, in, ""}), HasSubstr("different files"));
+  EXPECT_THAT(errorOfReplay({in, "", folder.file("./in.bag")}), HasSubstr("different files"));
+  EXPECT_THAT(errorOfReplay({in, folder.file("out"), folder.file("out")}), HasSubstr("different files"));
+  EXPECT_EQ(std::filesystem::file_size(in), size);
+}
+
+/// A limit on the size of files stands for the full disk.
+TEST(Replay, aFullDiskIsAnErrorAndLeavesNothingBehind) {
+  const TemporaryFolder folder;
+  writeDrive(folder.file("in.bag"), 20000);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{200000, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  const int status = runTool("replay_bag", [&] {
+    replay(cycab(), TopicNames(), {folder.file("in.bag"), folder.file("out.bag"), ""});
+  });
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(status, kInputErrorStatus);
+  EXPECT_EQ(folder.files(), 1u) << "the input alone";
+}
+
+}  // namespace
+}  // namespace bs_car_odometry::tools::testing

@@ -1,0 +1,169 @@
+// What the tools have in common.
+
+#include "../../src/tools/tool.hpp"
+
+#include "bs_car_odometry/parameters/load.hpp"
+#include "temporary_folder.hpp"
+
+#include <gmock/gmock.h>
+
+#include <sys/stat.h>
+#include <iterator>
+
+namespace bs_car_odometry::tools::testing {
+namespace {
+
+namespace po = boost::program_options;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::internal::CaptureStderr;
+using ::testing::internal::GetCapturedStderr;
+
+std::string textOf(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+TEST(RunTool, returnsZeroWhenAllIsWell) {
+  CaptureStderr();
+  EXPECT_EQ(runTool("tool", [] {}), 0);
+  EXPECT_EQ(GetCapturedStderr(), "");
+}
+
+TEST(RunTool, everyErrorIsOneLineAndStatus3) {
+  CaptureStderr();
+  EXPECT_EQ(runTool("tool", [] { throw InputError("a.csv:3: wrong"); }), 3);
+  EXPECT_EQ(GetCapturedStderr(), "tool: a.csv:3: wrong\n");
+  CaptureStderr();
+  EXPECT_EQ(runTool("tool", [] { throw ParameterError("max_gap: wrong\nmax_speed: wrong"); }), 3);
+  EXPECT_EQ(GetCapturedStderr(), "tool: max_gap: wrong; max_speed: wrong\n");
+  CaptureStderr();
+  EXPECT_EQ(runTool("tool", [] { throw 1; }), 3);
+  EXPECT_EQ(GetCapturedStderr(), "tool: unknown error\n");
+}
+
+po::options_description someOptions() {
+  po::options_description options("options");
+  options.add_options()("input", po::value<std::string>()->required(), "the bag to read")(
+      "speed", po::value<double>()->default_value(1.0), "[m/s]");
+  return options;
+}
+
+po::variables_map parse(const std::vector<const char*>& arguments) {
+  po::positional_options_description positional;
+  positional.add("input", 1);
+  return parseCommandLine(static_cast<int>(arguments.size()), arguments.data(), "tool IN.bag", someOptions(),
+                          positional);
+}
+
+TEST(CommandLine, optionsPositionsAndRemappingsMayBeMixed) {
+  const po::variables_map values =
+      parse({"tool", "wheel_ticks:=/car/ticks", "in.bag", "odom:=o", "--speed", "-2", "__name:=x"});
+  EXPECT_EQ(values["input"].as<std::string>(), "in.bag");
+  EXPECT_EQ(values["speed"].as<double>(), -2.0);
+}
+
+TEST(CommandLine, errorsSayWhatIsWrong) {
+  EXPECT_THAT(errorOf([] { parse({"tool"}); }), HasSubstr("'--input' is required"));
+  EXPECT_THAT(errorOf([] { parse({"tool", "a.bag", "--sped", "1"}); }), HasSubstr("--sped"));
+  EXPECT_THAT(errorOf([] { parse({"tool", "a.bag", "--speed", "fast"}); }), HasSubstr("'fast'"));
+  EXPECT_THROW(parse({"tool", "a.bag", "b.bag"}), InputError);
+  EXPECT_THROW(parse({"tool", "a.bag", "--spee", "1"}), InputError) << "short forms are not guessed";
+}
+
+TEST(CommandLineDeathTest, helpEndsWithZeroWithoutTheRequiredOptions) {
+  EXPECT_EXIT(parse({"tool", "--help"}), ::testing::ExitedWithCode(0), "");
+}
+
+TopicNames topicNames(std::vector<const char*> arguments) {
+  arguments.insert(arguments.begin(), "tool");
+  return TopicNames(static_cast<int>(arguments.size()), arguments.data(), {"wheel_ticks", "odom"});
+}
+
+TEST(TopicNames, aLeadingSlashMakesNoDifference) {
+  const TopicNames names = topicNames({"--output", "out.bag"});
+  EXPECT_EQ(names.topic("wheel_ticks"), "/wheel_ticks");
+  EXPECT_TRUE(names.matches("wheel_ticks", "wheel_ticks"));
+  EXPECT_TRUE(names.matches("/wheel_ticks", "wheel_ticks"));
+  EXPECT_FALSE(names.matches("/car/wheel_ticks", "wheel_ticks"));
+  EXPECT_THAT(names.spellings("odom"), ElementsAre("/odom", "odom"));
+}
+
+TEST(TopicNames, renamedOnesReplaceTheirName) {
+  for (const char* argument : {"wheel_ticks:=/car/ticks", "/wheel_ticks:=car/ticks"}) {
+    const TopicNames names = topicNames({"in.bag", argument, "__log:=file"});
+    EXPECT_EQ(names.topic("wheel_ticks"), "/car/ticks");
+    EXPECT_TRUE(names.matches("car/ticks", "wheel_ticks"));
+    EXPECT_FALSE(names.matches("/wheel_ticks", "wheel_ticks"));
+    EXPECT_EQ(names.topic("odom"), "/odom");
+  }
+}
+
+TEST(TopicNames, mistakesAreNamed) {
+  EXPECT_THAT(errorOf([] { topicNames({"whel_ticks:=a"}); }), HasSubstr("known: wheel_ticks, odom"));
+  EXPECT_THAT(errorOf([] { topicNames({"odom:="}); }), HasSubstr("the topic is missing"));
+  EXPECT_THAT(errorOf([] { topicNames({"odom:=a", "odom:=b"}); }), HasSubstr("renamed twice"));
+}
+
+TEST(LoadVehicle, settingsApplyLastAndWarningsAreShown) {
+  const TemporaryFolder folder;
+  const std::string file = folder.write(
+      "car.yaml",
+      "vehicle: {wheelbase: 1.2, track: 1.2}\nmax_speed: 5\nmax_gpa: 1\n"
+      "encoders: {metres_per_tick: {front_left: 1, front_right: 1, rear_left: 1, rear_right: 1}}\n");
+  CaptureStderr();
+  const Parameters parameters = loadVehicle(file, {"max_speed=6", "vehicle/name=a=b"});
+  EXPECT_THAT(GetCapturedStderr(), HasSubstr("nearest known one is max_gap"));
+  EXPECT_EQ(parameters.limits.max_speed, 6.0);
+  EXPECT_EQ(parameters.vehicle.name, "a=b");
+  EXPECT_THAT(errorOf([&] { loadVehicle(file, {"max_speed"}); }), HasSubstr("--set max_speed"));
+  EXPECT_THROW(loadVehicle(file, {"max_sped=1"}), ParameterError);
+}
+
+TEST(AtomicOutput, theFileAppearsOnlyWhenCommitted) {
+  const TemporaryFolder folder;
+  const std::string path = folder.write("out.bag", "old");
+  AtomicOutput output(path);
+  std::ofstream(output.temporaryPath()) << "new";
+  EXPECT_EQ(textOf(path), "old");
+  output.commit();
+  EXPECT_EQ(textOf(path), "new");
+  EXPECT_EQ(folder.files(), 1u);
+}
+
+TEST(AtomicOutput, whatIsNotCommittedLeavesNoTrace) {
+  const TemporaryFolder folder;
+  { const AtomicOutput output(folder.file("out.bag")); }
+  EXPECT_EQ(folder.files(), 0u);
+}
+
+TEST(AtomicOutput, theFileHasTheUsualPermissions) {
+  const TemporaryFolder folder;
+  const mode_t mask = ::umask(022);
+  AtomicOutput output(folder.file("out.bag"));
+  output.commit();
+  ::umask(mask);
+  struct stat status {};
+  ASSERT_EQ(::stat(folder.file("out.bag").c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777, 0644u);
+}
+
+TEST(AtomicOutput, aFolderThatIsMissingAndOneInPlaceOfTheFileAreRefused) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(errorOf([&] { AtomicOutput(folder.file("missing/out.bag")); }),
+              HasSubstr("No such file or directory"));
+  EXPECT_THAT(errorOf([&] { AtomicOutput(folder.file("")); }), HasSubstr("is not the name of a file"));
+  EXPECT_THAT(errorOf([&] { AtomicOutput("/tmp"); }), HasSubstr("not a regular file"));
+}
+
+TEST(Progress, isSilentUnlessStandardErrorIsATerminal) {
+  CaptureStderr();
+  {
+    Progress progress("reading", 10.0);
+    for (int i = 0; i <= 10; ++i) progress.update(i);
+  }
+  EXPECT_EQ(GetCapturedStderr(), "");
+}
+
+}  // namespace
+}  // namespace bs_car_odometry::tools::testing
