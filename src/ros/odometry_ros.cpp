@@ -67,8 +67,8 @@ void OdometryRos::subscribeSteering(Axle axle) {
 
 void OdometryRos::subscribeWheels() {
   const boost::function<void(const WheelTicks&)> callback = [this](const WheelTicks& message) {
-    diagnostics_.noteWheels();
     receive("wheel_ticks", [&](const ros::Time& now) { return adapter_.add(message, now); });
+    diagnostics_.noteWheels();
   };
   subscribers_.push_back(node_.subscribe<const WheelTicks&>("wheel_ticks", kQueueSize, callback, {},
                                                             ros::TransportHints().tcpNoDelay()));
@@ -95,10 +95,13 @@ void OdometryRos::receive(const char* topic, const Add& add) {
     return;
   }
   noteClock(now);
-  publishUpdates(now);
+  // Wheels whose wait has ended come first. Between a tick and its odometry stands only what that needs.
+  if (adapter_.deadline()) publishComplete(now);
   const Verdict verdict = add(now);
+  publishComplete(now);
   if (verdict != Verdict::kAccepted) warn(topic, verdict);
-  publishUpdates(now);
+  warnOfLateDrops();
+  startWaiting(now);
 }
 
 void OdometryRos::warn(const char* topic, Verdict verdict) {
@@ -132,8 +135,12 @@ void OdometryRos::noteClock(const ros::Time& now) {
   if (went_back || newest_receipt_ < time) newest_receipt_ = time;
 }
 
-void OdometryRos::publishUpdates(const ros::Time& now) {
+void OdometryRos::publishComplete(const ros::Time& now) {
   while (const std::optional<OdometryUpdate> update = adapter_.next(now)) publish(*update);
+}
+
+void OdometryRos::publishUpdates(const ros::Time& now) {
+  publishComplete(now);
   warnOfLateDrops();
   startWaiting(now);
 }

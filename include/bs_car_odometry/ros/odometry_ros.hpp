@@ -36,6 +36,7 @@ class OdometryRos {
   /// Warns of wheels that were dropped when their turn came.
   void warnOfLateDrops();
   void noteClock(const ros::Time& now);
+  void publishComplete(const ros::Time& now);
   void publishUpdates(const ros::Time& now);
   void publish(const OdometryUpdate& update);
   void startWaiting(const ros::Time& now);
