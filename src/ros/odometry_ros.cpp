@@ -40,11 +40,10 @@ void OdometryRos::advertise() {
   status_publisher_ = node_.advertise<OdometryStatus>("odometry_status", kQueueSize);
   if (parameters_.publish_tf) tf_publisher_ = node_.advertise<tf2_msgs::TFMessage>("/tf", kQueueSize);
   reset_server_ = private_node_.advertiseService("reset", &OdometryRos::onReset, this);
+  // Idle until startWaiting() sets its period.
   wait_timer_ = node_.createTimer(
-      parameters_.limits.steering_wait > Duration::zero()
-          ? ros::Duration(toSeconds(parameters_.limits.steering_wait))
-          : ros::Duration(0.001),
-      [this](const ros::TimerEvent&) { publishUpdates(ros::Time::now()); }, true, false);
+      ros::Duration(kLongestWait), [this](const ros::TimerEvent&) { publishUpdates(ros::Time::now()); }, true,
+      false);
 }
 
 void OdometryRos::subscribe() {
