@@ -162,21 +162,21 @@ void AxleOdometry::addCovariances(const StepReadings& readings, const Eigen::Mat
   const double right = std::abs(readings.travel[rightWheel(axle_)]);
   const double left = std::abs(readings.travel[leftWheel(axle_)]);
   const double d = 0.5 * (right + left);
-  const double wheel_variance = noise_.wheel * noise_.wheel;
+  const double wheel_variance = noise_.wheel.variance();
   const auto outer = [&J](int column) { return Eigen::Matrix3d(J.col(column) * J.col(column).transpose()); };
   const Eigen::Matrix3d right_outer = outer(kRight);
   const Eigen::Matrix3d left_outer = outer(kLeft);
   if (d > 0.0) {
-    double steering = noise_.steering.std * noise_.steering.std;
+    double steering = noise_.steering.angle.variance();
     if (axle_ == Axle::kRear && vehicle_.rear_steering.source == RearSteering::Source::kPolynomial) {
       const double slope = vehicle_.rear_steering.slope(readings.mean().front);
-      steering = steering * slope * slope + noise_.rear_law * noise_.rear_law;
+      steering = steering * slope * slope + noise_.rear_law.variance();
     }
     const double alpha = readings.mean()[axle_];
     const Eigen::Vector3d sideways(-std::sin(alpha), std::cos(alpha), 0.0);
     increment.path_covariance = wheel_variance * (right * right_outer + left * left_outer) +
                                 steering * noise_.steering.correlation_length / d * outer(kAlpha) +
-                                noise_.lateral * noise_.lateral * d * sideways * sideways.transpose();
+                                noise_.lateral.variance() * d * sideways * sideways.transpose();
   }
   const auto rounding = [this](Wheel wheel) {
     const double tick = vehicle_.calibratedMetresPerTick(wheel);

@@ -6,14 +6,6 @@ namespace bs_car_odometry {
 
 namespace {
 
-using Model = std::variant<WheelFit, AxleOdometry>;
-
-Model makeModel(const OdometryConfiguration& c) {
-  if (c.options.axles == AxleSelection::kBoth) return WheelFit(c.vehicle, c.noise);
-  const Axle axle = c.options.axles == AxleSelection::kFront ? Axle::kFront : Axle::kRear;
-  return AxleOdometry(c.vehicle, c.noise, c.options, axle);
-}
-
 /// With a hub offset the wheels' directions enter, and those of Ackermann axles follow from both angles,
 /// unless the axle is fixed straight ahead.
 bool otherAngleMatters(const Vehicle& vehicle, const OdometryOptions& options, Axle axle) {
@@ -25,9 +17,15 @@ bool otherAngleMatters(const Vehicle& vehicle, const OdometryOptions& options, A
   return !fixed_straight;
 }
 
-/// Of a symmetric matrix.
-bool isFinite(const Eigen::Matrix3d& m) {
-  return std::isfinite(m(0, 0) + m(0, 1) + m(0, 2) + m(1, 1) + m(1, 2) + m(2, 2));
+/// Far above anything a car can do, and far below what overflows when such steps are multiplied and added up.
+constexpr double kLargest = 1e30;
+
+/// False for values that are not finite, too.
+bool isUsable(const BodyIncrement& increment) {
+  const double squares = increment.motion.squaredNorm() + increment.path_covariance.squaredNorm() +
+                         increment.step_covariance.squaredNorm() +
+                         increment.J_motion_systematic.squaredNorm();
+  return squares < kLargest * kLargest;
 }
 
 }  // namespace
@@ -42,11 +40,21 @@ PerAxle<bool> steeringNeeded(const Vehicle& vehicle, const OdometryOptions& opti
   return {other || !vehicle.rear_steering.isConstant(), false};
 }
 
+PerWheel<bool> wheelsUsed(const Vehicle& vehicle, const OdometryOptions& options) {
+  PerWheel<bool> used;
+  for (const Wheel wheel : kAllWheels) {
+    const bool selected = options.axles == AxleSelection::kBoth ||
+                          (options.axles == AxleSelection::kFront) == (axleOf(wheel) == Axle::kFront);
+    used[wheel] = selected && vehicle.hasEncoder(wheel);
+  }
+  return used;
+}
+
 OdometryEstimator::OdometryEstimator(const OdometryConfiguration& configuration)
     : configuration_(configuration),
-      model_(makeModel(configuration)),
+      model_(makeOdometryModel(configuration)),
       systematic_root_(systematicCovariance(configuration.noise.systematic)),
-      covariance_(configuration.initial_pose.covariance) {
+      uncertainty_(makePoseUncertainty(configuration)) {
   reset();
 }
 
@@ -57,65 +65,61 @@ void OdometryEstimator::reset() {
 }
 
 void OdometryEstimator::setPose(const Pose2& pose, const Eigen::Matrix3d& covariance) {
-  covariance_.reset(covariance);
+  dead_reckoned_ = before_step_ = pose;
+  uncertainty_->reset(pose, covariance);
   steering_doubt_.reset();
-  estimate_.pose = pose;
-  estimate_.pose_covariance = covariance_.noise();
+  publishPose();
   forgetTwist();
 }
 
 void OdometryEstimator::setSystematicCovariance(const SystematicCovariance& covariance) {
-  covariance_.settleSystematic();
   systematic_root_ = SystematicRoot(covariance);
+  uncertainty_->setSystematic(SystematicPrior(covariance, configuration_));
 }
 
 /// One piece of code (flatten), see WheelFit::update.
 [[gnu::flatten]] bool OdometryEstimator::step(const StepReadings& readings,
                                               std::optional<Duration> interval) {
   std::visit([&](const auto& model) { model.update(readings, increment_); }, model_);
-  const SystematicSensitivity J_motion = systematic_root_(increment_.J_motion_systematic);
-  const PoseStep moved = advance(estimate_.pose, increment_.motion);
-
-  const Pose2 pose_before = estimate_.pose;
-  const FirstOrderCovariance covariance_before = covariance_;
-  estimate_.pose = moved.pose;
-  covariance_.advance(moved, increment_.path_covariance, J_motion);
-  covariance_.getTotal(estimate_.pose_covariance);
-  if (!estimate_.pose.isFinite() || !isFinite(estimate_.pose_covariance) ||
-      !isFinite(increment_.step_covariance)) {
-    estimate_.pose = pose_before;
-    covariance_ = covariance_before;
+  if (!isUsable(increment_)) {
     refuseStep(interval);
     return false;
   }
+  const SystematicSensitivity J_motion = systematic_root_(increment_.J_motion_systematic);
+  const PoseStep moved = advance(dead_reckoned_, increment_.motion);
+  before_step_ = dead_reckoned_;
+  dead_reckoned_ = moved.pose;
+  uncertainty_->advance({moved, increment_, J_motion, readings, model_});
+  estimate_.pose = uncertainty_->mean().value_or(dead_reckoned_);
+  uncertainty_->getTotal(estimate_.pose_covariance);
   updateTwist(interval, J_motion);
   return true;
 }
 
-void OdometryEstimator::doubtSteering(const Pose2& before, std::optional<Duration> interval,
-                                      const PerAxle<double>& sigma) {
+void OdometryEstimator::doubtSteering(std::optional<Duration> interval, const PerAxle<double>& sigma) {
   const bool doubt = sigma.front > 0.0 || sigma.rear > 0.0;
   if (!doubt && !steering_doubt_.isActive()) return;
-  steering_doubt_.advance(advance(before, increment_.motion), increment_.J_motion_systematic, sigma);
+  steering_doubt_.advance(advance(before_step_, increment_.motion), increment_.J_motion_systematic, sigma);
   if (doubt) {
-    setPoseCovariance();
     SteeringDoubt of_step;
     of_step.advance(PoseStep(), increment_.J_motion_systematic, sigma);
     if (interval) estimate_.twist_covariance += of_step.share() / std::pow(toSeconds(*interval), 2);
   } else {
     // Trusted again: what the doubt has done stays, and the next one is a new error.
-    covariance_.inflate(steering_doubt_.share());
+    uncertainty_->inflate(steering_doubt_.share());
     steering_doubt_.reset();
-    setPoseCovariance();
   }
+  publishPose();
 }
 
-void OdometryEstimator::setPoseCovariance() {
-  estimate_.pose_covariance = covariance_.total() + steering_doubt_.share();
+void OdometryEstimator::publishPose() {
+  estimate_.pose = uncertainty_->mean().value_or(dead_reckoned_);
+  estimate_.pose_covariance = uncertainty_->total() + steering_doubt_.share();
 }
 
 void OdometryEstimator::refuseStep(std::optional<Duration> interval) {
   increment_ = BodyIncrement();
+  before_step_ = dead_reckoned_;
   inflate(interval.value_or(configuration_.limits.max_gap));
   forgetTwist();
 }
@@ -130,8 +134,8 @@ void OdometryEstimator::updateTwist(std::optional<Duration> interval, const Syst
 void OdometryEstimator::inflate(Duration interval) {
   const double distance = configuration_.limits.max_speed * toSeconds(interval);
   const double turn = std::min(distance / configuration_.vehicle.wheelbase, M_PI);
-  covariance_.inflate(Eigen::Vector3d(distance, distance, turn).array().square().matrix().asDiagonal());
-  setPoseCovariance();
+  uncertainty_->inflate(Eigen::Vector3d(distance, distance, turn).array().square().matrix().asDiagonal());
+  publishPose();
 }
 
 void OdometryEstimator::forgetTwist() {

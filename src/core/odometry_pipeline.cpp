@@ -19,17 +19,6 @@ constexpr std::size_t kMostWaiting = 2048;
 constexpr double kPlausibleExcess = 1.5;
 constexpr double kStampJitter = 0.01;
 
-PerWheel<bool> wheelsUsed(const OdometryConfiguration& c) {
-  PerWheel<bool> used;
-  for (const Wheel wheel : kAllWheels) {
-    const Axle axle = axleOf(wheel);
-    const bool selected = c.options.axles == AxleSelection::kBoth ||
-                          (c.options.axles == AxleSelection::kFront) == (axle == Axle::kFront);
-    used[wheel] = selected && c.vehicle.hasEncoder(wheel);
-  }
-  return used;
-}
-
 /// The nearest covariance: what is accepted from outside may have eigenvalues below zero by its rounding,
 /// what is published must not.
 Eigen::Matrix3d withoutNegativeVariances(const Eigen::Matrix3d& covariance) {
@@ -51,7 +40,7 @@ OdometryConfiguration withCleanCovariance(OdometryConfiguration configuration) {
 OdometryPipeline::OdometryPipeline(const OdometryConfiguration& configuration)
     : configuration_(configuration),
       steering_needed_(bs_car_odometry::steeringNeeded(configuration.vehicle, configuration.options)),
-      wheel_used_(wheelsUsed(configuration)),
+      wheel_used_(wheelsUsed(configuration.vehicle, configuration.options)),
       estimator_(withCleanCovariance(configuration)) {
   waiting_.reserve(kMostWaiting);
 }
@@ -225,14 +214,13 @@ void OdometryPipeline::move(const WheelCounts& counts) {
   last_angles_ = readings.end;
   reference_ = counts;
   reference_time_known_ = true;
-  const Pose2 before = estimator_.estimate().pose;
   if (!estimator_.step(readings, interval)) {
     // What was not finite must not leave by the report either.
     ++counts_.refused_states;
     report_.state = OdometryState::kDegraded;
     return;
   }
-  estimator_.doubtSteering(before, interval, steeringDoubt(report_.interval));
+  estimator_.doubtSteering(interval, steeringDoubt(report_.interval));
   const BodyMotion& motion = estimator_.lastIncrement().motion;
   const double path = motion.head<2>().norm();
   report_.step = motion.x() < 0.0 ? -path : path;

@@ -125,10 +125,10 @@ FitMatrix<1> normalisedResiduals(const FitMatrix<3>& H, const FitCovariance& R, 
 WheelFit::WheelFit(const Vehicle& vehicle, const NoiseModel& noise)
     : vehicle_(vehicle),
       geometry_(vehicle),
-      wheel_variance_(noise.wheel * noise.wheel),
-      lateral_variance_(noise.lateral * noise.lateral),
-      sensor_variance_(noise.steering.std * noise.steering.std * noise.steering.correlation_length),
-      law_variance_(noise.rear_law * noise.rear_law * noise.steering.correlation_length),
+      wheel_variance_(noise.wheel.variance()),
+      lateral_variance_(noise.lateral.variance()),
+      sensor_variance_(noise.steering.angle.variance() * noise.steering.correlation_length),
+      law_variance_(noise.rear_law.variance() * noise.steering.correlation_length),
       wheels_used_(0),
       shared_sensor_(vehicle.rear_steering.source == RearSteering::Source::kPolynomial) {
   for (const Wheel wheel : kAllWheels) {

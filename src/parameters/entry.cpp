@@ -136,6 +136,15 @@ std::string valueText(const YAML::Node& node) {
   return quoted(emitter.good() ? emitter.c_str() : "?");
 }
 
+Entry distribution(const std::string& path, Distribution& member, const Range& range) {
+  return {path, range.text(), [&member, range](const YAML::Node& node) {
+            double std = 0.0;
+            std::string wrong = parseNumberIn(node, range, std);
+            if (wrong.empty()) member = std;
+            return wrong;
+          }};
+}
+
 Entry number(const std::string& path, double& member, const Range& range) {
   return {path, range.text(),
           [&member, range](const YAML::Node& node) { return parseNumberIn(node, range, member); }};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bs_car_odometry/core/distribution.hpp"
 #include "bs_car_odometry/core/time.hpp"
 
 #include <yaml-cpp/yaml.h>
@@ -56,6 +57,8 @@ struct Choices {
 };
 
 Entry number(const std::string& path, double& member, const Range& range);
+/// A standard deviation.
+Entry distribution(const std::string& path, Distribution& member, const Range& range);
 Entry nonZeroNumber(const std::string& path, double& member, const Range& range);
 Entry seconds(const std::string& path, Duration& member, const Range& range);
 Entry flag(const std::string& path, bool& member);

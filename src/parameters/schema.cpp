@@ -89,22 +89,28 @@ Schema odometrySchema(OdometryOptions& o) {
       choice<Motion>("odometry/motion", o.motion, {{{"exact", Motion::kExact}, {"paper", Motion::kPaper}}}),
       flag("odometry/shortened_track", o.shortened_track),
       choice<Uncertainty>("odometry/uncertainty", o.uncertainty,
-                          {{{"first_order", Uncertainty::kFirstOrder}},
-                           {"exact_moments", "closed_form", "paper2_simplified", "monte_carlo"}}),
+                          {{{"first_order", Uncertainty::kFirstOrder},
+                            {"exact_moments", Uncertainty::kExactMoments},
+                            {"closed_form", Uncertainty::kClosedForm},
+                            {"paper2_simplified", Uncertainty::kPaper2Simplified}},
+                           {"monte_carlo"}}),
+      choice<SystematicRule>(
+          "odometry/systematic_rule", o.systematic_rule,
+          {{{"degree_five", SystematicRule::kDegreeFive}, {"sensitivity", SystematicRule::kSensitivity}}}),
   };
 }
 
 Schema noiseSchema(NoiseModel& n) {
   return {
-      number("noise/wheel", n.wheel, from(0, 10, "m/sqrt(m)")),
-      number("noise/steering/std", n.steering.std, from(0, kPi / 2, "rad")),
+      distribution("noise/wheel", n.wheel, from(0, 10, "m/sqrt(m)")),
+      distribution("noise/steering/std", n.steering.angle, from(0, kPi / 2, "rad")),
       number("noise/steering/correlation_length", n.steering.correlation_length, above(0, 1000, "m")),
-      number("noise/lateral", n.lateral, from(0, 10, "m/sqrt(m)")),
-      number("noise/rear_law", n.rear_law, from(0, kPi / 2, "rad")),
-      number("noise/systematic/k_r", n.systematic.k_r, from(0, 1)),
-      number("noise/systematic/k_l", n.systematic.k_l, from(0, 1)),
-      number("noise/systematic/k_b", n.systematic.k_b, from(0, 1)),
-      number("noise/systematic/steering_offset", n.systematic.steering_offset, from(0, kPi / 2, "rad")),
+      distribution("noise/lateral", n.lateral, from(0, 10, "m/sqrt(m)")),
+      distribution("noise/rear_law", n.rear_law, from(0, kPi / 2, "rad")),
+      distribution("noise/systematic/k_r", n.systematic.k_r, from(0, 1)),
+      distribution("noise/systematic/k_l", n.systematic.k_l, from(0, 1)),
+      distribution("noise/systematic/k_b", n.systematic.k_b, from(0, 1)),
+      distribution("noise/systematic/steering_offset", n.systematic.steering_offset, from(0, kPi / 2, "rad")),
   };
 }
 

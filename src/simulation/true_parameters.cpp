@@ -27,10 +27,10 @@ TrueParameters drawnFrom(const SystematicNoise& systematic, const Vehicle& vehic
   Random random(seed, kSystematicStream);
   const bool rear_measured = vehicle.rear_steering.source == RearSteering::Source::kMeasured;
   for (Axle axle : kAllAxles) {
-    truth.gains[axle].k_r += systematic.k_r * random.normal();
-    truth.gains[axle].k_l += systematic.k_l * random.normal();
-    truth.gains[axle].k_b += systematic.k_b * random.normal();
-    const double offset_error = systematic.steering_offset * random.normal();
+    truth.gains[axle].k_r += systematic.k_r.std() * random.normal();
+    truth.gains[axle].k_l += systematic.k_l.std() * random.normal();
+    truth.gains[axle].k_b += systematic.k_b.std() * random.normal();
+    const double offset_error = systematic.steering_offset.std() * random.normal();
     if (axle == Axle::kFront || rear_measured) truth.steering[axle].offset += offset_error;
   }
   return truth;

@@ -44,22 +44,19 @@ class NoisyCar {
     const Eigen::Vector4d rolled = equations_.H.topRows<4>() * step.truth;
     for (std::size_t i = 0; i < kWheels; ++i) {
       const double travel = rolled(static_cast<Eigen::Index>(i));
-      step.readings.travel.values[i] =
-          travel + generator_.normal(noise_.wheel * noise_.wheel * std::abs(travel));
+      step.readings.travel.values[i] = travel + generator_.normal(noise_.wheel.variance() * std::abs(travel));
     }
     // The truth is at steering_; the sensor errs, and the rear axle stands off its law by as much as is
     // drawn.
-    const double front = steering_.front + generator_.normal(angleVariance(noise_.steering.std, 0));
+    const double front = steering_.front + generator_.normal(angleVariance(noise_.steering.angle.std(), 0));
     const double rear =
-        vehicle_.rear_steering.angle(front) + generator_.normal(angleVariance(noise_.rear_law, 1));
+        vehicle_.rear_steering.angle(front) + generator_.normal(angleVariance(noise_.rear_law.std(), 1));
     step.readings.begin = step.readings.end = {front, rear};
     return step;
   }
 
  private:
-  double slip(Eigen::Index axle) {
-    return generator_.normal(noise_.lateral * noise_.lateral * axle_travel_(axle));
-  }
+  double slip(Eigen::Index axle) { return generator_.normal(noise_.lateral.variance() * axle_travel_(axle)); }
   double angleVariance(double std, Eigen::Index axle) const {
     return std * std * noise_.steering.correlation_length / axle_travel_(axle);
   }
@@ -203,7 +200,7 @@ TEST(FirstOrderStep, AgreesWithDraws) {
         start.vector() +
         root * Eigen::Vector3d(generator.normal(1.0), generator.normal(1.0), generator.normal(1.0));
     StepReadings noisy = readings;
-    for (double& travel : noisy.travel.values) travel += generator.normal(noise.wheel * noise.wheel * travel);
+    for (double& travel : noisy.travel.values) travel += generator.normal(noise.wheel.variance() * travel);
     noisy.begin.rear = noisy.end.rear = -0.3 + generator.normal(0.003 * 0.003);
     const Pose2 end = advance({begin.x(), begin.y(), begin.z()}, odometry.increment(noisy).motion).pose;
     const Eigen::Vector3d error = end.vector() - moved.pose.vector();

@@ -1,6 +1,7 @@
 #pragma once
 
-#include "bs_car_odometry/core/body_increment.hpp"
+#include "bs_car_odometry/core/first_order_covariance.hpp"
+#include "bs_car_odometry/core/odometry_estimator.hpp"
 #include "bs_car_odometry/core/options.hpp"
 #include "bs_car_odometry/core/vehicle.hpp"
 
@@ -75,10 +76,15 @@ inline StepReadings consistentReadings(const Vehicle& vehicle, double travel,
   return readings;
 }
 
+/// The covariance of an odometry that propagates it to first order.
+inline const FirstOrderCovariance& firstOrder(const OdometryEstimator& estimator) {
+  return dynamic_cast<const FirstOrderCovariance&>(estimator.uncertainty());
+}
+
 /// No error of any kind.
 inline NoiseModel noNoise() {
   NoiseModel noise;
-  noise.wheel = noise.lateral = noise.rear_law = noise.steering.std = 0.0;
+  noise.wheel = noise.lateral = noise.rear_law = noise.steering.angle = 0.0;
   noise.systematic = {0.0, 0.0, 0.0, 0.0};
   return noise;
 }

@@ -24,11 +24,11 @@ class StepMean {
       const double length = std::abs(readings.travel[wheel]);
       travel += 0.25 * length;
       excess += curvature(readings, [&](StepReadings& r, double sign) {
-        r.travel[wheel] += sign * noise.wheel * std::sqrt(length);
+        r.travel[wheel] += sign * noise.wheel.std() * std::sqrt(length);
       });
     }
     if (travel <= 0.0) return excess;
-    const double std = noise.steering.std * std::sqrt(noise.steering.correlation_length / travel);
+    const double std = noise.steering.angle.std() * std::sqrt(noise.steering.correlation_length / travel);
     return excess + curvature(readings, [&](StepReadings& r, double sign) {
              r.begin = steering(r.begin.front + sign * std);
              r.end = steering(r.end.front + sign * std);

@@ -62,8 +62,9 @@ TEST(MessageRate, leavesTheCovarianceOfEachSourceAsItIs) {
   for (const NoiseModel& noise : {only(5e-3, 0.0, 0.0, 0.0), only(0.0, 3e-3, 0.0, 0.0),
                                   only(0.0, 0.0, 5e-4, 0.0), only(0.0, 0.0, 0.0, 1e-3)})
     for (const char* scenario : {"circle", "fig4", "slalom_eight"}) {
-      SCOPED_TRACE(std::string(scenario) + ", wheel " + std::to_string(noise.wheel) + ", steering " +
-                   std::to_string(noise.steering.std) + ", lateral " + std::to_string(noise.lateral));
+      SCOPED_TRACE(std::string(scenario) + ", wheel " + std::to_string(noise.wheel.std()) + ", steering " +
+                   std::to_string(noise.steering.angle.std()) + ", lateral " +
+                   std::to_string(noise.lateral.std()));
       OdometryConfiguration configuration =
           odometryOf(cycab(AxleGeometry::kAckermann, kTick), AxleSelection::kRear);
       configuration.noise = noise;

@@ -123,15 +123,15 @@ void expectDefaultOptions(const Parameters& p) {
   EXPECT_EQ(p.odometry.motion, Motion::kExact);
   EXPECT_TRUE(p.odometry.shortened_track);
   EXPECT_EQ(p.odometry.uncertainty, Uncertainty::kFirstOrder);
-  EXPECT_EQ(p.noise.wheel, 0.005);
-  EXPECT_EQ(p.noise.steering.std, 0.003);
+  EXPECT_EQ(p.noise.wheel.std(), 0.005);
+  EXPECT_EQ(p.noise.steering.angle.std(), 0.003);
   EXPECT_EQ(p.noise.steering.correlation_length, 0.1);
-  EXPECT_EQ(p.noise.lateral, 0.0005);
-  EXPECT_EQ(p.noise.rear_law, 0.001);
-  EXPECT_EQ(p.noise.systematic.k_r, 0.01);
-  EXPECT_EQ(p.noise.systematic.k_l, 0.01);
-  EXPECT_EQ(p.noise.systematic.k_b, 0.02);
-  EXPECT_EQ(p.noise.systematic.steering_offset, 0.003);
+  EXPECT_EQ(p.noise.lateral.std(), 0.0005);
+  EXPECT_EQ(p.noise.rear_law.std(), 0.001);
+  EXPECT_EQ(p.noise.systematic.k_r.std(), 0.01);
+  EXPECT_EQ(p.noise.systematic.k_l.std(), 0.01);
+  EXPECT_EQ(p.noise.systematic.k_b.std(), 0.02);
+  EXPECT_EQ(p.noise.systematic.steering_offset.std(), 0.003);
   EXPECT_EQ(p.calibration.method, CalibrationMethod::kJoint);
   EXPECT_THAT(p.calibration.estimate, ElementsAre("gains"));
   EXPECT_EQ(p.calibration.prior.k_r, 0.05);
@@ -211,17 +211,17 @@ const std::vector<NumberMember> kNumbers{
     {"gains/rear/k_r", 1.1, [](const Parameters& p) { return p.vehicle.gains.rear.k_r; }},
     {"gains/rear/k_l", 1.1, [](const Parameters& p) { return p.vehicle.gains.rear.k_l; }},
     {"gains/rear/k_b", 1.1, [](const Parameters& p) { return p.vehicle.gains.rear.k_b; }},
-    {"noise/wheel", 0.5, [](const Parameters& p) { return p.noise.wheel; }},
-    {"noise/steering/std", 0.5, [](const Parameters& p) { return p.noise.steering.std; }},
+    {"noise/wheel", 0.5, [](const Parameters& p) { return p.noise.wheel.std(); }},
+    {"noise/steering/std", 0.5, [](const Parameters& p) { return p.noise.steering.angle.std(); }},
     {"noise/steering/correlation_length", 0.5,
      [](const Parameters& p) { return p.noise.steering.correlation_length; }},
-    {"noise/lateral", 0.5, [](const Parameters& p) { return p.noise.lateral; }},
-    {"noise/rear_law", 0.5, [](const Parameters& p) { return p.noise.rear_law; }},
-    {"noise/systematic/k_r", 0.5, [](const Parameters& p) { return p.noise.systematic.k_r; }},
-    {"noise/systematic/k_l", 0.5, [](const Parameters& p) { return p.noise.systematic.k_l; }},
-    {"noise/systematic/k_b", 0.5, [](const Parameters& p) { return p.noise.systematic.k_b; }},
+    {"noise/lateral", 0.5, [](const Parameters& p) { return p.noise.lateral.std(); }},
+    {"noise/rear_law", 0.5, [](const Parameters& p) { return p.noise.rear_law.std(); }},
+    {"noise/systematic/k_r", 0.5, [](const Parameters& p) { return p.noise.systematic.k_r.std(); }},
+    {"noise/systematic/k_l", 0.5, [](const Parameters& p) { return p.noise.systematic.k_l.std(); }},
+    {"noise/systematic/k_b", 0.5, [](const Parameters& p) { return p.noise.systematic.k_b.std(); }},
     {"noise/systematic/steering_offset", 0.5,
-     [](const Parameters& p) { return p.noise.systematic.steering_offset; }},
+     [](const Parameters& p) { return p.noise.systematic.steering_offset.std(); }},
     {"calibration/prior/k_r", 0.5, [](const Parameters& p) { return p.calibration.prior.k_r; }},
     {"calibration/prior/k_l", 0.5, [](const Parameters& p) { return p.calibration.prior.k_l; }},
     {"calibration/prior/k_b", 0.5, [](const Parameters& p) { return p.calibration.prior.k_b; }},
@@ -294,8 +294,8 @@ TEST(Values, wordsListsAndTextsReachTheirMembers) {
 
 TEST(Numbers, mayBeStringsThatAreWhollyNumeric) {
   // rosparam gives 1e-3 to the server as a string, since YAML 1.1 knows no number without a point.
-  EXPECT_EQ(load(kMinimalVehicle, {{"noise/wheel", "1e-3"}}).parameters.noise.wheel, 1e-3);
-  EXPECT_EQ(load(kMinimalVehicle, {{"noise/wheel", "\"1e-3\""}}).parameters.noise.wheel, 1e-3);
+  EXPECT_EQ(load(kMinimalVehicle, {{"noise/wheel", "1e-3"}}).parameters.noise.wheel.std(), 1e-3);
+  EXPECT_EQ(load(kMinimalVehicle, {{"noise/wheel", "\"1e-3\""}}).parameters.noise.wheel.std(), 1e-3);
   EXPECT_EQ(load(kMinimalVehicle, {{"laser/x", "+.5"}}).parameters.laser.x, 0.5);
   EXPECT_EQ(load(kMinimalVehicle, {{"encoders/counter_bits", "16.0"}}).parameters.vehicle.counter_bits, 16);
 }

@@ -238,7 +238,7 @@ TEST(SimulatedCarNoise, turningOnTheSpotIsTravelForTheRearAxle) {
 
 TEST(SimulatedCarNoise, nothingGrowsAtAStandstill) {
   NoiseModel noise;
-  noise.steering.std = 0.003;
+  noise.steering.angle = 0.003;
   const Vehicle vehicle = cycab();
   SimulatedCar car(vehicle, asConfigured(vehicle), noise, constantDrive(10.0, 0.0, 0.2));
   car.advanceTo(0.02);

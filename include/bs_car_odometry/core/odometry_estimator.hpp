@@ -1,25 +1,14 @@
 #pragma once
 
-#include "bs_car_odometry/core/axle_odometry.hpp"
-#include "bs_car_odometry/core/first_order_covariance.hpp"
-#include "bs_car_odometry/core/options.hpp"
+#include "bs_car_odometry/core/odometry_configuration.hpp"
+#include "bs_car_odometry/core/odometry_model.hpp"
+#include "bs_car_odometry/core/pose_uncertainty.hpp"
 #include "bs_car_odometry/core/steering_doubt.hpp"
-#include "bs_car_odometry/core/vehicle.hpp"
-#include "bs_car_odometry/core/wheel_fit.hpp"
 
+#include <memory>
 #include <optional>
-#include <variant>
 
 namespace bs_car_odometry {
-
-/// Everything the odometry is built from.
-struct OdometryConfiguration {
-  Vehicle vehicle;
-  NoiseModel noise;
-  OdometryOptions options;
-  InputLimits limits;
-  InitialPose initial_pose;
-};
 
 /// What is published: pose of base_link in odom, twist (vx, vy, yaw rate) at base_link in base_link.
 struct OdometryEstimate {
@@ -28,9 +17,6 @@ struct OdometryEstimate {
   Eigen::Vector3d twist;            ///< [m/s, m/s, rad/s]
   Eigen::Matrix3d twist_covariance;
 };
-
-/// Which axles' steering angles a configuration cannot do without.
-PerAxle<bool> steeringNeeded(const Vehicle& vehicle, const OdometryOptions& options);
 
 /// Dead reckoning, one step at a time: readings to body increment, increment to pose and covariance.
 /// Knows nothing of messages, stamps or missing data. No step allocates memory.
@@ -55,10 +41,9 @@ class OdometryEstimator {
 
   /// Says how far the angles of the last step may be trusted; the covariances of pose and twist answer for
   /// it.
-  /// @param before    pose before that step
   /// @param interval  its duration, where it is known
   /// @param sigma     standard deviation of each sensor's angle [rad] beyond its noise; 0 where it is trusted
-  void doubtSteering(const Pose2& before, std::optional<Duration> interval, const PerAxle<double>& sigma);
+  void doubtSteering(std::optional<Duration> interval, const PerAxle<double>& sigma);
 
   /// Adds the covariance of motion that was not seen during `interval`, at up to max_speed.
   void inflate(Duration interval);
@@ -67,21 +52,25 @@ class OdometryEstimator {
   void forgetTwist();
 
   const OdometryEstimate& estimate() const { return estimate_; }
-  const FirstOrderCovariance& covariance() const { return covariance_; }
+  const PoseUncertainty& uncertainty() const { return *uncertainty_; }
   const FitResiduals& residuals() const { return increment_.residuals; }
+  /// The pose by the readings alone; that of the estimate may be a mean over what they leave open.
+  const Pose2& deadReckoned() const { return dead_reckoned_; }
   const BodyIncrement& lastIncrement() const { return increment_; }
 
  private:
-  void setPoseCovariance();
+  void publishPose();
   void updateTwist(std::optional<Duration> interval, const SystematicSensitivity& J_motion);
   void refuseStep(std::optional<Duration> interval);
 
   OdometryConfiguration configuration_;
-  std::variant<WheelFit, AxleOdometry> model_;
+  OdometryModel model_;
   SystematicRoot systematic_root_;
-  FirstOrderCovariance covariance_;
+  std::unique_ptr<PoseUncertainty> uncertainty_;
   SteeringDoubt steering_doubt_;
   BodyIncrement increment_;
+  Pose2 dead_reckoned_;
+  Pose2 before_step_;  ///< the same before the last step
   OdometryEstimate estimate_;
 };
 

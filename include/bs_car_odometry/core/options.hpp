@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bs_car_odometry/core/distribution.hpp"
 #include "bs_car_odometry/core/time.hpp"
 
 #include <Eigen/Core>
@@ -19,35 +20,48 @@ enum class Motion {
 };
 
 /// How the pose covariance is propagated (docs/model.md, section 5).
-enum class Uncertainty { kFirstOrder };
+enum class Uncertainty {
+  kFirstOrder,        ///< (S1)
+  kExactMoments,      ///< (S4')
+  kClosedForm,        ///< (S3), P2's general method
+  kPaper2Simplified,  ///< (S2), for reproduction only
+  kMonteCarlo,        ///< (5'), particles
+};
+
+/// How the moments of p(A) reach the pose with exact moments.
+enum class SystematicRule {
+  kDegreeFive,   ///< (S5)
+  kSensitivity,  ///< Phi Sigma_A Phi^T
+};
 
 struct OdometryOptions {
   AxleSelection axles{AxleSelection::kBoth};
   Motion motion{Motion::kExact};
   bool shortened_track{true};  ///< false: B instead of B cos(alpha), P1's trace "Odometry 2"
   Uncertainty uncertainty{Uncertainty::kFirstOrder};
+  SystematicRule systematic_rule{SystematicRule::kDegreeFive};
 };
 
 /// Errors of the steering angle: fresh after a length, so that the message rate does not matter.
 struct SteeringNoise {
-  double std{0.003};               ///< [rad]
+  Distribution angle{0.003};       ///< [rad]
   double correlation_length{0.1};  ///< [m]
 };
 
-/// p(A): standard deviations of errors that stay the same for the whole drive, each axle with its own draw.
+/// p(A): errors that stay the same for the whole drive, each axle with its own draw.
 struct SystematicNoise {
-  double k_r{0.01};
-  double k_l{0.01};
-  double k_b{0.02};
-  double steering_offset{0.003};  ///< [rad]
+  Distribution k_r{0.01};
+  Distribution k_l{0.01};
+  Distribution k_b{0.02};
+  Distribution steering_offset{0.003};  ///< [rad]
 };
 
 /// Uncertainty of the readings (docs/model.md, section 5.1).
 struct NoiseModel {
-  double wheel{0.005};  ///< c [m/sqrt(m)], of a wheel's measured path after one metre
+  Distribution wheel{0.005};  ///< c [m/sqrt(m)], of a wheel's measured path after one metre
   SteeringNoise steering;
-  double lateral{0.0005};  ///< [m/sqrt(m)], side slip of an axle after one metre
-  double rear_law{0.001};  ///< [rad], departure from phi_rear = f(phi_front), same correlation length
+  Distribution lateral{0.0005};  ///< [m/sqrt(m)], side slip of an axle after one metre
+  Distribution rear_law{0.001};  ///< [rad], departure from phi_rear = f(phi_front), same correlation length
   SystematicNoise systematic;
 };
 

@@ -1,0 +1,63 @@
+#pragma once
+
+#include "bs_car_odometry/core/body_increment.hpp"
+#include "bs_car_odometry/core/odometry_model.hpp"
+#include "bs_car_odometry/core/se2.hpp"
+#include "bs_car_odometry/core/systematic_prior.hpp"
+
+#include <Eigen/Core>
+
+#include <memory>
+#include <optional>
+
+namespace bs_car_odometry {
+
+/// One step as its uncertainty sees it.
+struct UncertainStep {
+  const PoseStep& moved;                  ///< of the dead-reckoned pose
+  const BodyIncrement& increment;         ///< t, its covariance P from independent noise, dt/dA
+  const SystematicSensitivity& J_motion;  ///< dt/da = dt/dA L
+  const StepReadings& readings;           ///< what the increment was worked out from,
+  const OdometryModel& model;             ///< and by what
+};
+
+/// How the uncertainty of the pose is propagated; `odometry/uncertainty` selects one (docs/model.md,
+/// section 5). Poses are (x, y, yaw) of base_link in odom [m, m, rad], and every method answers with
+/// Sigma_total: the noise of the readings and the constant errors of the parameters.
+class PoseUncertainty {
+ public:
+  virtual ~PoseUncertainty() = default;
+
+  /// Starts again from a pose of this covariance that owes nothing to the parameters.
+  virtual void reset(const Pose2& pose, const Eigen::Matrix3d& covariance) = 0;
+
+  virtual void advance(const UncertainStep& step) = 0;
+
+  /// Adds the covariance of motion that was not seen.
+  virtual void inflate(const Eigen::Matrix3d& covariance) = 0;
+
+  /// Lets other parameters take the place of those so far, whose effect on the pose stays.
+  virtual void setSystematic(const SystematicPrior& prior) = 0;
+
+  /// Sigma_total; into a matrix that exists: no copy in every step.
+  virtual void getTotal(Eigen::Matrix3d& total) const = 0;
+
+  /// The pose to publish in the place of the dead-reckoned one, where the method has one.
+  virtual std::optional<Pose2> mean() const { return std::nullopt; }
+
+  Eigen::Matrix3d total() const {
+    Eigen::Matrix3d total;
+    getTotal(total);
+    return total;
+  }
+
+ protected:
+  PoseUncertainty() = default;
+  PoseUncertainty(const PoseUncertainty&) = default;
+  PoseUncertainty& operator=(const PoseUncertainty&) = default;
+};
+
+/// The method that the configuration selects, at its initial pose.
+std::unique_ptr<PoseUncertainty> makePoseUncertainty(const OdometryConfiguration& configuration);
+
+}  // namespace bs_car_odometry
