@@ -14,13 +14,6 @@ using namespace test_support;
 
 constexpr double kTolerance = 1e-9;
 
-/// The upper triangle row by row.
-Eigen::Matrix3d symmetric(double xx, double xy, double xt, double yy, double yt, double tt) {
-  Eigen::Matrix3d matrix;
-  matrix << xx, xy, xt, xy, yy, yt, xt, yt, tt;
-  return matrix;
-}
-
 /// T2 and T5: rear axle of a pivot car with base_link on it, so that the pose is that of the axle's middle.
 Vehicle rearAxleAtBaseLink() {
   Vehicle vehicle = withMeasuredRear(pivotCar());

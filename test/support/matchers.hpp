@@ -56,4 +56,11 @@ inline testing::AssertionResult isCovariance(const Eigen::Matrix3d& matrix) {
   return testing::AssertionSuccess();
 }
 
+/// The upper triangle row by row.
+inline Eigen::Matrix3d symmetric(double xx, double xy, double xt, double yy, double yt, double tt) {
+  Eigen::Matrix3d matrix;
+  matrix << xx, xy, xt, xy, yy, yt, xt, yt, tt;
+  return matrix;
+}
+
 }  // namespace bs_car_odometry::test_support
