@@ -48,18 +48,18 @@ SystematicCovariance fullCovariance() {
   return L * L.transpose();
 }
 
-OdometryEstimator makeEstimator(AxleSelection axles) {
+OdometryEstimator makeEstimator(const OdometryOptions& options) {
   OdometryConfiguration configuration;
   configuration.vehicle = cycab();
-  configuration.options.axles = axles;
+  configuration.options = options;
   OdometryEstimator estimator(configuration);
   estimator.setSystematicCovariance(fullCovariance());
   return estimator;
 }
 
-void run(benchmark::State& state, AxleSelection axles) {
+void run(benchmark::State& state, const OdometryOptions& options) {
   const std::array<StepReadings, kSteps> drive = slalom();
-  OdometryEstimator estimator = makeEstimator(axles);
+  OdometryEstimator estimator = makeEstimator(options);
   const Duration interval = durationFromSeconds(0.02);
   std::size_t i = 0;
   for (auto _ : state) {
@@ -68,11 +68,34 @@ void run(benchmark::State& state, AxleSelection axles) {
   }
 }
 
-void fourWheelStep(benchmark::State& state) { run(state, AxleSelection::kBoth); }
-void rearAxleStep(benchmark::State& state) { run(state, AxleSelection::kRear); }
+OdometryOptions with(Uncertainty uncertainty, SystematicRule rule = SystematicRule::kDegreeFive) {
+  OdometryOptions options;
+  options.uncertainty = uncertainty;
+  options.systematic_rule = rule;
+  return options;
+}
+
+void fourWheelStep(benchmark::State& state) { run(state, OdometryOptions()); }
+
+void rearAxleStep(benchmark::State& state) {
+  OdometryOptions options;
+  options.axles = AxleSelection::kRear;
+  run(state, options);
+}
+
+void exactMomentsSensitivity(benchmark::State& state) {
+  run(state, with(Uncertainty::kExactMoments, SystematicRule::kSensitivity));
+}
+
+void exactMomentsDegreeFive(benchmark::State& state) { run(state, with(Uncertainty::kExactMoments)); }
+
+void closedForm(benchmark::State& state) { run(state, with(Uncertainty::kClosedForm)); }
 
 BENCHMARK(fourWheelStep);
 BENCHMARK(rearAxleStep);
+BENCHMARK(exactMomentsSensitivity);
+BENCHMARK(exactMomentsDegreeFive);
+BENCHMARK(closedForm);
 
 }  // namespace
 }  // namespace bs_car_odometry::benchmarks
@@ -93,5 +116,7 @@ int main(int argc, char** argv) {
   bs_car_odometry::benchmarks::RatioReporter reporter;
   benchmark::RunSpecifiedBenchmarks(&reporter);
   reporter.printRatio("fourWheelStep", {"mrptStep", "mrptStepNewAction"});
+  for (const char* method : {"exactMomentsSensitivity", "exactMomentsDegreeFive", "closedForm"})
+    reporter.printRatio(method, {"fourWheelStep"});
   return 0;
 }

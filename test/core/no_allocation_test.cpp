@@ -10,6 +10,7 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <vector>
 
 namespace {
 std::size_t allocations = 0;
@@ -56,11 +57,19 @@ TEST(NoAllocation, TheWatchForbidsEigenOne) {
 }
 
 TEST(NoAllocation, StepOfTheEstimator) {
+  std::vector<OdometryOptions> options;
+  for (const AxleSelection axles : {AxleSelection::kBoth, AxleSelection::kFront, AxleSelection::kRear})
+    for (const Uncertainty method : {Uncertainty::kFirstOrder, Uncertainty::kExactMoments,
+                                     Uncertainty::kClosedForm, Uncertainty::kPaper2Simplified}) {
+      options.emplace_back();
+      options.back().axles = axles;
+      options.back().uncertainty = method;
+    }
   for (const Vehicle& vehicle : fourGeometries())
-    for (const AxleSelection axles : {AxleSelection::kBoth, AxleSelection::kFront, AxleSelection::kRear}) {
+    for (const OdometryOptions& option : options) {
       OdometryConfiguration configuration;
       configuration.vehicle = vehicle;
-      configuration.options.axles = axles;
+      configuration.options = option;
       OdometryEstimator estimator(configuration);
       const StepReadings readings = consistentReadings(vehicle, 0.02, slaved(vehicle, 0.2));
       StepReadings broken = readings;
@@ -68,7 +77,7 @@ TEST(NoAllocation, StepOfTheEstimator) {
       std::size_t count = 0;
       {
         const AllocationWatch watch;
-        for (int i = 0; i < 10; ++i) estimator.step(readings, durationFromSeconds(0.02));
+        for (int i = 0; i < 100; ++i) estimator.step(readings, durationFromSeconds(0.02));
         estimator.step(broken, durationFromSeconds(0.02));
         estimator.inflate(durationFromSeconds(0.1));
         estimator.setPose({}, Eigen::Matrix3d::Identity());

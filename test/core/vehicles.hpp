@@ -5,6 +5,8 @@
 #include "bs_car_odometry/core/options.hpp"
 #include "bs_car_odometry/core/vehicle.hpp"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <string>
 #include <vector>
@@ -79,6 +81,23 @@ inline StepReadings consistentReadings(const Vehicle& vehicle, double travel,
 /// The covariance of an odometry that propagates it to first order.
 inline const FirstOrderCovariance& firstOrder(const OdometryEstimator& estimator) {
   return dynamic_cast<const FirstOrderCovariance&>(estimator.uncertainty());
+}
+
+/// For the names of tests.
+inline std::string methodName(const testing::TestParamInfo<Uncertainty>& info) {
+  switch (info.param) {
+    case Uncertainty::kFirstOrder:
+      return "firstOrder";
+    case Uncertainty::kExactMoments:
+      return "exactMoments";
+    case Uncertainty::kClosedForm:
+      return "closedForm";
+    case Uncertainty::kPaper2Simplified:
+      return "paper2Simplified";
+    case Uncertainty::kMonteCarlo:
+      return "monteCarlo";
+  }
+  return "";
 }
 
 /// No error of any kind.
