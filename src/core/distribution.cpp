@@ -1,0 +1,121 @@
+#include "bs_car_odometry/core/distribution.hpp"
+
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+namespace bs_car_odometry {
+
+namespace {
+
+/// Density of the shape with scale 1 at x, but for a factor.
+double density(Distribution::Shape shape, double degrees_of_freedom, double x) {
+  if (shape == Distribution::Shape::kGaussian) return std::exp(-0.5 * x * x);
+  return std::exp(-0.5 * (degrees_of_freedom + 1.0) * std::log1p(x * x / degrees_of_freedom));
+}
+
+struct Moments {
+  double second;
+  double fourth;
+};
+
+/// Moments with scale 1 within [-limit, limit], by Gauss-Legendre in panels of u with x = sinh(u): fine where
+/// the density is, and still short where a heavy tail reaches far.
+Moments truncatedMoments(Distribution::Shape shape, double degrees_of_freedom, double limit) {
+  constexpr std::array<double, 5> kNodes{-0.906179845938664, -0.5384693101056831, 0.0, 0.5384693101056831,
+                                         0.906179845938664};
+  constexpr std::array<double, 5> kWeights{0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
+                                           0.4786286704993665, 0.2369268850561891};
+  constexpr double kPanel = 0.125;
+  const double end = std::asinh(limit);
+  const double panels = std::ceil(end / kPanel);
+  const double half = 0.5 * end / panels;
+  double mass = 0.0;
+  double second = 0.0;
+  double fourth = 0.0;
+  for (double panel = 0.0; panel < panels; panel += 1.0) {
+    for (std::size_t i = 0; i < kNodes.size(); ++i) {
+      const double u = half * (2.0 * panel + 1.0 + kNodes[i]);
+      const double x = std::sinh(u);
+      const double share = kWeights[i] * density(shape, degrees_of_freedom, x) * std::cosh(u);
+      mass += share;
+      second += share * x * x;
+      fourth += share * x * x * x * x;
+    }
+  }
+  return {second / mass, fourth / mass};
+}
+
+void require(bool holds, const char* what) {
+  if (!holds) throw std::invalid_argument(what);
+}
+
+}  // namespace
+
+Distribution::Distribution(Shape shape, double scale, double degrees_of_freedom, double truncation)
+    : shape_(shape),
+      scale_(scale),
+      degrees_of_freedom_(degrees_of_freedom),
+      truncation_(truncation),
+      std_(0.0) {
+  require(std::isfinite(scale) && scale >= 0.0, "the scale of a distribution must be finite, not negative");
+  require(truncation == kNotTruncated || (truncation > 0.0 && truncation >= kLeastTruncation * scale &&
+                                          (scale == 0.0 || truncation <= kLargestTruncation * scale)),
+          "a truncation must lie between 0.5 and 1e12 times the scale");
+  if (truncation == kNotTruncated) {
+    setMoments();
+  } else {
+    setTruncatedMoments();
+  }
+}
+
+Distribution Distribution::gaussian(double std, double truncation) {
+  return {Shape::kGaussian, std, 0.0, truncation};
+}
+
+Distribution Distribution::uniform(double half_width) {
+  return {Shape::kUniform, half_width, 0.0, kNotTruncated};
+}
+
+Distribution Distribution::triangular(double half_width) {
+  return {Shape::kTriangular, half_width, 0.0, kNotTruncated};
+}
+
+Distribution Distribution::studentT(double scale, double degrees_of_freedom, double truncation) {
+  const bool truncated = truncation != kNotTruncated;
+  require(
+      std::isfinite(degrees_of_freedom) && (truncated ? degrees_of_freedom >= 1.0 : degrees_of_freedom > 2.0),
+      "a Student t needs more than 2 degrees of freedom, or at least 1 and a truncation");
+  return {Shape::kStudentT, scale, degrees_of_freedom, truncation};
+}
+
+void Distribution::setMoments() {
+  const double dof = degrees_of_freedom_;
+  switch (shape_) {
+    case Shape::kGaussian:
+      std_ = scale_;
+      kurtosis_ = 3.0;
+      break;
+    case Shape::kUniform:
+      std_ = scale_ / std::sqrt(3.0);
+      kurtosis_ = 1.8;
+      break;
+    case Shape::kTriangular:
+      std_ = scale_ / std::sqrt(6.0);
+      kurtosis_ = 2.4;
+      break;
+    case Shape::kStudentT:
+      std_ = scale_ * std::sqrt(dof / (dof - 2.0));
+      kurtosis_ = dof > 4.0 ? 3.0 + 6.0 / (dof - 4.0) : std::numeric_limits<double>::infinity();
+      break;
+  }
+}
+
+void Distribution::setTruncatedMoments() {
+  const double unit = scale_ > 0.0 ? scale_ : truncation_;  // no scale: the kurtosis is any, the error zero
+  const Moments moments = truncatedMoments(shape_, degrees_of_freedom_, truncation_ / unit);
+  std_ = scale_ * std::sqrt(moments.second);
+  kurtosis_ = moments.fourth / (moments.second * moments.second);
+}
+
+}  // namespace bs_car_odometry
