@@ -22,7 +22,7 @@ NoiseModel noNoise() {
 
 TrueMotion::Noise motionNoise(const Vehicle& vehicle, const NoiseModel& noise) {
   const bool slaved = vehicle.rear_steering.source == RearSteering::Source::kPolynomial;
-  return {noise.lateral.std(), slaved ? noise.rear_law.std() : 0.0, noise.steering.correlation_length};
+  return {noise.lateral, slaved ? noise.rear_law : 0.0, noise.steering.correlation_length};
 }
 
 WheelEncoder makeEncoder(Wheel wheel, const Vehicle& vehicle, const TrueParameters& truth,
@@ -30,7 +30,7 @@ WheelEncoder makeEncoder(Wheel wheel, const Vehicle& vehicle, const TrueParamete
   const AxleGains& gains = truth.gains[axleOf(wheel)];
   WheelEncoder::Settings settings;
   settings.metres_per_tick = (isLeft(wheel) ? gains.k_l : gains.k_r) * vehicle.metres_per_tick[wheel];
-  settings.noise = noise.wheel.std();
+  settings.noise = noise.wheel;
   settings.counter_bits = vehicle.counter_bits;
   settings.start = options.counter_start[wheel];
   return {settings, Random(options.seed, kWheelStream + index(wheel))};
@@ -44,7 +44,8 @@ std::array<WheelEncoder, kWheels> makeEncoders(const Vehicle& vehicle, const Tru
 }
 
 CorrelatedError steeringError(Axle axle, const NoiseModel& noise, std::uint64_t seed) {
-  return {noise.steering.angle.std(), noise.steering.correlation_length, Random(seed, kSteeringStream + index(axle))};
+  return {noise.steering.angle, noise.steering.correlation_length,
+          Random(seed, kSteeringStream + index(axle))};
 }
 
 }  // namespace

@@ -69,13 +69,13 @@ void TrueMotion::startSubstep() {
   rear_travel_ = 0.0;
   if (law_error_.value() != old_law_error || substeps_done_ == 0)
     now_ = body_.instant(scenario_.commandAt(time_), law_error_.value());
-  if (noise_.lateral <= 0.0) return;
-  // A constant velocity n over the substep dt that displaces by lateral sqrt(travel) times a standard normal:
-  // n dt = lateral sqrt(rate dt) N(0, 1).
+  if (noise_.lateral.scale() <= 0.0) return;
+  // A constant velocity n over the substep dt that displaces by a draw of lateral times sqrt(travel):
+  // n dt = lateral sqrt(rate dt).
   const Twist twist = body_.twist(now_);
   for (Axle axle : kAllAxles)
-    slip_[axle] = noise_.lateral * std::sqrt(body_.axleTravelRate(axle, now_, twist) / substep_) *
-                  slip_random_.normal();
+    slip_[axle] = noise_.lateral.scale() * std::sqrt(body_.axleTravelRate(axle, now_, twist) / substep_) *
+                  slip_random_.drawUnscaled(noise_.lateral);
 }
 
 void TrueMotion::integrateTo(double time) {

@@ -27,10 +27,10 @@ TrueParameters drawnFrom(const SystematicNoise& systematic, const Vehicle& vehic
   Random random(seed, kSystematicStream);
   const bool rear_measured = vehicle.rear_steering.source == RearSteering::Source::kMeasured;
   for (Axle axle : kAllAxles) {
-    truth.gains[axle].k_r += systematic.k_r.std() * random.normal();
-    truth.gains[axle].k_l += systematic.k_l.std() * random.normal();
-    truth.gains[axle].k_b += systematic.k_b.std() * random.normal();
-    const double offset_error = systematic.steering_offset.std() * random.normal();
+    truth.gains[axle].k_r += random.draw(systematic.k_r);
+    truth.gains[axle].k_l += random.draw(systematic.k_l);
+    truth.gains[axle].k_b += random.draw(systematic.k_b);
+    const double offset_error = random.draw(systematic.steering_offset);
     if (axle == Axle::kFront || rear_measured) truth.steering[axle].offset += offset_error;
   }
   return truth;

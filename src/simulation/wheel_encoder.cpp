@@ -5,8 +5,9 @@
 namespace bs_car_odometry::simulation {
 
 std::int64_t WheelEncoder::read(double travel) {
-  if (settings_.noise > 0.0)
-    noise_ += settings_.noise * std::sqrt(std::abs(travel - travel_)) * random_.normal();
+  const Distribution& noise = settings_.noise;
+  if (noise.scale() > 0.0)
+    noise_ += noise.scale() * std::sqrt(std::abs(travel - travel_)) * random_.drawUnscaled(noise);
   travel_ = travel;
   if (settings_.metres_per_tick == 0.0) return settings_.start;
   const std::int64_t ticks = std::llround(measuredTravel() / settings_.metres_per_tick);

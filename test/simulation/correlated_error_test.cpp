@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 namespace bs_car_odometry::simulation {
@@ -59,6 +61,23 @@ TEST(CorrelatedError, staysAsItIsWithoutTravel) {
 TEST(CorrelatedError, isZeroWithoutNoiseWhateverTheLength) {
   CorrelatedError error(0.0, 0.0, Random(3, 0));
   EXPECT_EQ(error.advance(5.0), 0.0);
+}
+
+TEST(CorrelatedError, takesItsValuesFromTheDistribution) {
+  constexpr double kHalfWidth = 0.004;
+  CorrelatedError error(Distribution::uniform(kHalfWidth), kLength, Random(3, 0));
+  double largest = 0.0;
+  double sum = 0.0;
+  constexpr int kValues = 100000;
+  for (int i = 0; i < kValues; ++i) {
+    error.advance(kLength);
+    largest = std::max(largest, std::abs(error.value()));
+    sum += error.value() * error.value();
+  }
+  EXPECT_LE(largest, kHalfWidth);
+  EXPECT_GT(largest, 0.999 * kHalfWidth);
+  // Five standard errors of the variance: 5 sqrt(0.8 / 1e5).
+  EXPECT_NEAR(sum / kValues / (kHalfWidth * kHalfWidth / 3.0), 1.0, 0.0142);
 }
 
 TEST(CorrelatedError, refusesALengthThatIsNotPositive) {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -292,6 +293,56 @@ TEST(SimulatedCarNoise, rearLawErrorTurnsTheCar) {
   Vehicle measured = cycab();
   measured.rear_steering.source = RearSteering::Source::kMeasured;
   EXPECT_EQ(meanSquare(measured, noise, 1.0, Drivetrain::kSteered, fourMetres(), yaw_at_end), 0.0);
+}
+
+/// The largest error of one metre, taken as one step, over the seeds from 0.
+template <typename Error>
+double largestError(const NoiseModel& noise, const Error& error) {
+  double largest = 0.0;
+  for (int seed = 0; seed < kDrives; ++seed) {
+    SimulationOptions options;
+    options.seed = static_cast<std::uint64_t>(seed);
+    options.substep = 1.0;
+    SimulatedCar car(cycab(), asConfigured(cycab()), noise, fourMetres(), options);
+    car.advanceTo(1.0);
+    largest = std::max(largest, std::abs(error(car)));
+  }
+  return largest;
+}
+
+// Uniform errors fill their bounds and keep them; a Gaussian of their standard deviation would leave them by
+// far.
+TEST(SimulatedCarNoise, everyErrorComesFromItsDistribution) {
+  NoiseModel noise = quiet();
+  noise.wheel = Distribution::uniform(0.01);
+  noise.steering = {Distribution::uniform(0.02), 100.0};
+  noise.rear_law = Distribution::uniform(0.03);
+  const double wheel = largestError(noise, [](SimulatedCar& car) {
+    car.readCounters();
+    const double travel = car.trueTravel(Wheel::kFrontLeft);
+    return (car.measuredTravel(Wheel::kFrontLeft) - travel) / std::sqrt(travel);
+  });
+  // 4000 seeds: that none comes within 1 % of the bound has a chance of 1e-17.
+  EXPECT_LE(wheel, 0.01 * (1.0 + 1e-12)) << "a difference of numbers near one";
+  EXPECT_GT(wheel, 0.01 * 0.99);
+  const double steering =
+      largestError(noise, [](SimulatedCar& car) { return car.readSteering(Axle::kFront); });
+  EXPECT_LE(steering, 0.02);
+  EXPECT_GT(steering, 0.02 * 0.99);
+  const double law = largestError(
+      noise, [](SimulatedCar& car) { return car.trueAngle(Axle::kRear) + car.trueAngle(Axle::kFront); });
+  EXPECT_LE(law, 0.03 * (1.0 + 1e-12)) << "an angle from its sine and cosine";
+  EXPECT_GT(law, 0.03 * 0.99);
+}
+
+// yaw = (n_f - n_r) / L of two independent slips: a triangular distribution, within 10 % of its ends once in
+// 100.
+TEST(SimulatedCarNoise, sideSlipComesFromItsDistribution) {
+  NoiseModel noise = quiet();
+  noise.lateral = Distribution::uniform(0.006);
+  const double yaw = largestError(noise, [](SimulatedCar& car) { return car.truePose().yaw; });
+  EXPECT_LE(yaw, 2.0 * 0.006 / 1.2);
+  EXPECT_GT(yaw, 2.0 * 0.006 / 1.2 * 0.9);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -47,17 +48,46 @@ TEST(TrueParameters, drawsHaveTheStandardDeviationsOfTheSystematicNoise) {
     for (Axle axle : kAllAxles) {
       const AxleGains& gains = truth.gains[axle];
       const std::array<double, 4> errors{
-          (gains.k_r - vehicle.gains[axle].k_r) / noise.k_r,
-          (gains.k_l - vehicle.gains[axle].k_l) / noise.k_l,
-          (gains.k_b - vehicle.gains[axle].k_b) / noise.k_b,
+          (gains.k_r - vehicle.gains[axle].k_r) / noise.k_r.std(),
+          (gains.k_l - vehicle.gains[axle].k_l) / noise.k_l.std(),
+          (gains.k_b - vehicle.gains[axle].k_b) / noise.k_b.std(),
           (truth.steering[axle].offset - vehicle.steering[axle].offset) / 0.004};
       for (std::size_t i = 0; i < 4; ++i) variance[4 * index(axle) + i] += errors[i] * errors[i] / kDraws;
     }
     between_axles +=
-        (truth.gains.front.k_r - 1.1) * (truth.gains.rear.k_r - 0.8) / (noise.k_r * noise.k_r) / kDraws;
+        (truth.gains.front.k_r - 1.1) * (truth.gains.rear.k_r - 0.8) / (noise.k_r.variance()) / kDraws;
   }
   for (double v : variance) EXPECT_NEAR(v, 1.0, 0.04);
   EXPECT_NEAR(between_axles, 0.0, 0.03);
+}
+
+// p(A) may have any shape: the parameters fill the range of a uniform one and keep it.
+TEST(TrueParameters, drawsComeFromTheDistributions) {
+  constexpr int kDraws = 4000;
+  const Vehicle vehicle = calibratedCar(RearSteering::Source::kMeasured);
+  const SystematicNoise noise{Distribution::uniform(0.01), Distribution::uniform(0.02),
+                              Distribution::uniform(0.03), Distribution::uniform(0.004)};
+  std::array<double, 8> largest{};
+  for (std::uint64_t seed = 0; seed < kDraws; ++seed) {
+    const TrueParameters truth = drawnFrom(noise, vehicle, seed);
+    for (Axle axle : kAllAxles) {
+      const AxleGains& gains = truth.gains[axle];
+      const AxleGains& nominal = vehicle.gains[axle];
+      const std::array<double, 4> errors{
+          (gains.k_r - nominal.k_r) / 0.01, (gains.k_l - nominal.k_l) / 0.02,
+          (gains.k_b - nominal.k_b) / 0.03,
+          (truth.steering[axle].offset - vehicle.steering[axle].offset) / 0.004};
+      for (std::size_t i = 0; i < 4; ++i) {
+        double& slot = largest[4 * index(axle) + i];
+        slot = std::max(slot, std::abs(errors[i]));
+      }
+    }
+  }
+  // 1e-13: differences of numbers near one. A largest of 4000 below 0.99 has a chance of 1e-17.
+  for (double l : largest) {
+    EXPECT_LE(l, 1.0 + 1e-13);
+    EXPECT_GT(l, 0.99);
+  }
 }
 
 TEST(TrueParameters, aSlavedRearAxleHasNoOffsetToDraw) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -81,6 +82,28 @@ TEST(WheelEncoder, noiseGrowsWithDistanceWhateverTheRate) {
     }
     EXPECT_NEAR(sum / kDrives / (0.005 * 0.005 * 2.0), 1.0, 0.04) << readings << " readings, seeds from 0";
   }
+}
+
+// The error of a reading is a draw times sqrt|S|: at most half_width sqrt|S|, for a step back too.
+TEST(WheelEncoder, errorsOfAReadingComeFromTheDistribution) {
+  constexpr int kReadings = 100000;
+  constexpr double kHalfWidth = 0.005;
+  constexpr double kStep = 0.04;
+  WheelEncoder wheel = encoder({1e-4, Distribution::uniform(kHalfWidth), 32, 0});
+  double before = 0.0;
+  double largest = 0.0;
+  double sum = 0.0;
+  for (int i = 1; i <= kReadings; ++i) {
+    wheel.read(i % 2 * kStep);
+    const double error = wheel.measuredTravel() - i % 2 * kStep;
+    largest = std::max(largest, std::abs(error - before));
+    sum += std::pow(error - before, 2);
+    before = error;
+  }
+  EXPECT_LE(largest, kHalfWidth * std::sqrt(kStep) * (1.0 + 1e-9)) << "differences of sums, rounded";
+  EXPECT_GT(largest, 0.999 * kHalfWidth * std::sqrt(kStep));
+  // Five standard errors of the variance of a uniform distribution: 5 sqrt(0.8 / 1e5).
+  EXPECT_NEAR(sum / kReadings / (kHalfWidth * kHalfWidth / 3.0 * kStep), 1.0, 0.0142);
 }
 
 }  // namespace

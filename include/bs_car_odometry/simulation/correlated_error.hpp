@@ -4,13 +4,14 @@
 
 namespace bs_car_odometry::simulation {
 
-/// An error that keeps its value for a length of travel and is then drawn anew (docs/model.md, section 5.1).
-/// The first change comes at a uniform place within the first length, so the process has no special places:
-/// its mean over d metres has variance std^2 (1 - d/(3l)) for d <= l, std^2 (l/d)(1 - l/(3d)) for d >= l.
+/// An error of a distribution that keeps its value for a length of travel and is then drawn anew
+/// (docs/model.md, section 5.1). The first change comes at a uniform place within the first length, so the
+/// process has no special places: its mean over d metres has variance std^2 (1 - d/(3l)) for d <= l, std^2
+/// (l/d)(1 - l/(3d)) for d >= l.
 class CorrelatedError {
  public:
-  /// @param std [its own unit]  @param length l [m], positive
-  CorrelatedError(double std, double length, Random random);
+  /// @param error [its own unit]  @param length l [m], positive
+  CorrelatedError(const Distribution& error, double length, Random random);
 
   double value() const { return value_; }
 
@@ -19,7 +20,7 @@ class CorrelatedError {
   double advance(double travel);
 
  private:
-  double std_;
+  Distribution error_;
   double length_;
   Random random_;
   double value_;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "bs_car_odometry/core/distribution.hpp"
+
 #include <cstdint>
 
 namespace bs_car_odometry::simulation {
@@ -21,7 +23,17 @@ class Random {
   /// Standard normal.
   double normal();
 
+  /// An error of this distribution.
+  double draw(const Distribution& distribution) { return distribution.scale() * drawUnscaled(distribution); }
+
+  /// An error divided by the scale of its distribution, for errors that grow with the distance: the product
+  /// with the scale stays within the truncation. One normal number for a Gaussian.
+  double drawUnscaled(const Distribution& distribution);
+
  private:
+  double drawUntruncated(const Distribution& distribution);
+  double studentT(double degrees_of_freedom);
+
   std::uint64_t state_;
   double spare_{0.0};  ///< Box-Muller gives two at a time
   bool has_spare_{false};

@@ -19,8 +19,8 @@ namespace bs_car_odometry::simulation {
 class TrueMotion {
  public:
   struct Noise {
-    double lateral{0.0};             ///< [m/sqrt(m)], side slip of each axle
-    double rear_law{0.0};            ///< [rad]
+    Distribution lateral{0.0};       ///< [m/sqrt(m)], side slip of each axle
+    Distribution rear_law{0.0};      ///< [rad]
     double correlation_length{0.1};  ///< [m], of the rear law's error
   };
 

@@ -21,8 +21,8 @@ TrueParameters asConfigured(const Vehicle& vehicle);
 /// configured.
 TrueParameters withScenarioGains(const Vehicle& vehicle);
 
-/// One draw from p(A): configured values plus Gaussian errors, each axle with its own; the rear axle's
-/// steering offset only where it is measured.
+/// One draw from p(A): configured values plus errors of its distributions, each axle with its own; the rear
+/// axle's steering offset only where it is measured.
 TrueParameters drawnFrom(const SystematicNoise& systematic, const Vehicle& vehicle, std::uint64_t seed);
 
 }  // namespace bs_car_odometry::simulation

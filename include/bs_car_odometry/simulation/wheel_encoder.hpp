@@ -12,9 +12,9 @@ class WheelEncoder {
  public:
   struct Settings {
     double metres_per_tick{0.0};  ///< in truth (with the gain) [m]; 0: no encoder, the counter stays
-    double noise{0.0};            ///< c [m/sqrt(m)]: Var = c^2 |S|
-    int counter_bits{32};         ///< two's complement of so many bits; 0: never wraps
-    std::int64_t start{0};        ///< counter at the start
+    Distribution noise{0.0};  ///< c [m/sqrt(m)]: a draw times sqrt|S|, S the travel since the last reading
+    int counter_bits{32};     ///< two's complement of so many bits; 0: never wraps
+    std::int64_t start{0};    ///< counter at the start
   };
 
   WheelEncoder(const Settings& settings, Random random) : settings_(settings), random_(random) {}
