@@ -31,6 +31,8 @@ bool contains(const std::vector<std::string>& words, const std::string& word) {
 
 }  // namespace detail
 
+using detail::parseNumberIn;
+
 namespace {
 
 /// nan, .inf, -Infinity and the like.
@@ -44,11 +46,9 @@ bool namesNonFinite(const std::string& text) {
   return word == "nan" || word == "inf" || word == "infinity";
 }
 
-/// A finite number; a string will do when it is wholly numeric, since rosparam takes `1e-3` for a string.
+/// A finite number.
 /// @return what is wrong, or nothing
 std::string parseNumber(const YAML::Node& node, double& number) {
-  if (node.IsMap() && node["distribution"].IsDefined())
-    return std::string("is a distribution, which ") + detail::kNotSupported;
   if (!node.IsScalar()) return "is not a number";
   if (namesNonFinite(node.Scalar())) return "is not finite";
   std::istringstream stream(node.Scalar());
@@ -57,15 +57,6 @@ std::string parseNumber(const YAML::Node& node, double& number) {
   stream >> std::noskipws >> value;
   if (stream.fail()) return value == 0.0 ? "is not a number" : "is not finite";  // 1e999 fails as the largest
   if (stream.peek() != std::istringstream::traits_type::eof()) return "is not a number";
-  number = value;
-  return "";
-}
-
-std::string parseNumberIn(const YAML::Node& node, const Range& range, double& number) {
-  double value = 0.0;
-  std::string wrong = parseNumber(node, value);
-  if (!wrong.empty()) return wrong;
-  if (!range.holds(value)) return "is out of range";
   number = value;
   return "";
 }
@@ -121,6 +112,15 @@ bool isCovariance(const Eigen::Matrix3d& matrix) {
 
 }  // namespace
 
+std::string detail::parseNumberIn(const YAML::Node& node, const Range& range, double& number) {
+  double value = 0.0;
+  std::string wrong = parseNumber(node, value);
+  if (!wrong.empty()) return wrong;
+  if (!range.holds(value)) return "is out of range";
+  number = value;
+  return "";
+}
+
 std::string Range::text() const {
   const std::string limits = (low_included ? "a number from " + numberText(low) + " to "
                                            : "a number above " + numberText(low) + ", at most ") +
@@ -134,15 +134,6 @@ std::string valueText(const YAML::Node& node) {
   YAML::Emitter emitter;
   emitter << YAML::Flow << node;
   return quoted(emitter.good() ? emitter.c_str() : "?");
-}
-
-Entry distribution(const std::string& path, Distribution& member, const Range& range) {
-  return {path, range.text(), [&member, range](const YAML::Node& node) {
-            double std = 0.0;
-            std::string wrong = parseNumberIn(node, range, std);
-            if (wrong.empty()) member = std;
-            return wrong;
-          }};
 }
 
 Entry number(const std::string& path, double& member, const Range& range) {

@@ -13,14 +13,29 @@
 
 namespace bs_car_odometry::schema {
 
+/// What is wrong with a value; nothing when `what` is empty.
+struct Fault {
+  Fault(std::string wrong = "") : what(std::move(wrong)) {}  // NOLINT: most faults are one text
+  Fault(std::string key_of_map, std::string value_there, std::string wrong, std::string allowed_there)
+      : what(std::move(wrong)),
+        key(std::move(key_of_map)),
+        value(std::move(value_there)),
+        allowed(std::move(allowed_there)) {}
+
+  std::string what;  ///< "is not a number"
+  std::string
+      key;  ///< where the value is a map: the key at fault, with what stands there and may stand there
+  std::string value;    ///< in quotes
+  std::string allowed;  ///< "a number from 0 to 1"
+};
+
 /// One parameter: where it stands in the YAML tree, what is allowed there, and how it reaches its struct.
 struct Entry {
   std::string path;     ///< "vehicle/track/front"
   std::string allowed;  ///< for messages: "a number above 0, at most 100 [m]"
 
-  /// Reads a node into the member of the struct; returns what is wrong with the value ("is not a number"), or
-  /// nothing, and leaves the member alone when something is wrong.
-  std::function<std::string(const YAML::Node&)> read;
+  /// Reads a node into the member of the struct; leaves the member alone when something is wrong.
+  std::function<Fault(const YAML::Node&)> read;
 
   bool required{false};
   bool one_for_both_axles{false};  ///< a single value one level up ("vehicle/track: 1.2") serves both axles
@@ -57,7 +72,7 @@ struct Choices {
 };
 
 Entry number(const std::string& path, double& member, const Range& range);
-/// A standard deviation.
+/// A standard deviation in `range`, or a map such as {distribution: uniform, half_width: 0.01} that has one.
 Entry distribution(const std::string& path, Distribution& member, const Range& range);
 Entry nonZeroNumber(const std::string& path, double& member, const Range& range);
 Entry seconds(const std::string& path, Duration& member, const Range& range);
@@ -98,6 +113,11 @@ namespace detail {
 extern const char* const kNotSupported;
 std::string wordsText(const std::vector<std::string>& words);
 bool contains(const std::vector<std::string>& words, const std::string& word);
+
+/// A finite number in `range`; a string will do when it is wholly numeric, since rosparam takes `1e-3` for a
+/// string.
+/// @return what is wrong, or nothing
+std::string parseNumberIn(const YAML::Node& node, const Range& range, double& number);
 }  // namespace detail
 
 /// One word out of several, for an enumeration.

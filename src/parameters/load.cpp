@@ -30,8 +30,12 @@ YAML::Node find(const YAML::Node& node, const std::vector<std::string>& parts, s
 void readEntry(const YAML::Node& tree, const Entry& entry, Report& report) {
   const YAML::Node node = find(tree, schema::split(entry.path), 0, entry.one_for_both_axles);
   if (node.IsDefined()) {
-    const std::string wrong = entry.read(node);
-    if (!wrong.empty()) report.problem(entry.path, schema::valueText(node), wrong, entry.allowed);
+    const schema::Fault fault = entry.read(node);
+    if (!fault.key.empty()) {
+      report.problem(entry.path + "/" + fault.key, fault.value, fault.what, fault.allowed);
+    } else if (!fault.what.empty()) {
+      report.problem(entry.path, schema::valueText(node), fault.what, entry.allowed);
+    }
   } else if (entry.required) {
     report.problem(entry.path, "", "is missing", entry.allowed);
   }

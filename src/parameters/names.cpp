@@ -51,6 +51,12 @@ std::vector<std::string> split(const std::string& path) {
   return parts;
 }
 
+std::string nearestWord(const std::vector<std::string>& words, const std::string& word) {
+  return *std::min_element(words.begin(), words.end(), [&](const std::string& a, const std::string& b) {
+    return editDistance(a, word) < editDistance(b, word);
+  });
+}
+
 Names::Names(const Schema& schema) {
   for (const Entry& entry : schema) {
     parameters_.push_back(entry.path);

@@ -13,6 +13,9 @@ namespace bs_car_odometry::schema {
 /// The parts of a path: "vehicle/track/front" has three.
 std::vector<std::string> split(const std::string& path);
 
+/// The one of `words`, at least one, that is most like `word`: the fewest letters to change.
+std::string nearestWord(const std::vector<std::string>& words, const std::string& word);
+
 /// Which paths are parameters, which are groups of them, and which known name an unknown one resembles.
 class Names {
  public:

@@ -79,6 +79,29 @@ TEST(ToYaml, parametersOfAServerLoad) {
   EXPECT_FALSE(p.publish_tf);
 }
 
+TEST(ToYaml, distributionsOfAServerLoad) {
+  XmlRpcValue value;
+  value["vehicle"]["wheelbase"] = 2;
+  value["vehicle"]["track"] = 1.1;
+  for (const char* wheel : {"front_left", "front_right", "rear_left", "rear_right"})
+    value["encoders"]["metres_per_tick"][wheel] = 0.1;
+  value["noise"]["wheel"]["distribution"] = "student_t";
+  value["noise"]["wheel"]["scale"] = 0.01;
+  value["noise"]["wheel"]["degrees_of_freedom"] = 1;
+  value["noise"]["wheel"]["truncation"] = "5e-2";
+  value["noise"]["steering"]["std"]["distribution"] = "uniform";
+  value["noise"]["steering"]["std"]["half_width"] = 0.02;
+  const LoadedParameters loaded = loadParameters(toYaml(value));
+  EXPECT_TRUE(loaded.warnings.empty());
+  const NoiseModel& noise = loaded.parameters.noise;
+  EXPECT_EQ(noise.wheel.shape(), Distribution::Shape::kStudentT);
+  EXPECT_EQ(noise.wheel.scale(), 0.01);
+  EXPECT_EQ(noise.wheel.degreesOfFreedom(), 1.0);
+  EXPECT_EQ(noise.wheel.truncation(), 0.05);
+  EXPECT_EQ(noise.steering.angle.shape(), Distribution::Shape::kUniform);
+  EXPECT_EQ(noise.steering.angle.scale(), 0.02);
+}
+
 TEST(ToYaml, P1_parametersOfAServerThatAreNotFiniteAreRefused) {
   XmlRpcValue value;
   value["noise"]["wheel"] = std::nan("");
