@@ -14,14 +14,9 @@ double density(Distribution::Shape shape, double degrees_of_freedom, double x) {
   return std::exp(-0.5 * (degrees_of_freedom + 1.0) * std::log1p(x * x / degrees_of_freedom));
 }
 
-struct Moments {
-  double second;
-  double fourth;
-};
-
 /// Moments with scale 1 within [-limit, limit], by Gauss-Legendre in panels of u with x = sinh(u): fine where
 /// the density is, and still short where a heavy tail reaches far.
-Moments truncatedMoments(Distribution::Shape shape, double degrees_of_freedom, double limit) {
+std::array<double, 4> truncatedMoments(Distribution::Shape shape, double degrees_of_freedom, double limit) {
   constexpr std::array<double, 5> kNodes{-0.906179845938664, -0.5384693101056831, 0.0, 0.5384693101056831,
                                          0.906179845938664};
   constexpr std::array<double, 5> kWeights{0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
@@ -31,23 +26,50 @@ Moments truncatedMoments(Distribution::Shape shape, double degrees_of_freedom, d
   const double panels = std::ceil(end / kPanel);
   const double half = 0.5 * end / panels;
   double mass = 0.0;
-  double second = 0.0;
-  double fourth = 0.0;
+  std::array<double, 4> moments{};
   for (double panel = 0.0; panel < panels; panel += 1.0) {
     for (std::size_t i = 0; i < kNodes.size(); ++i) {
       const double u = half * (2.0 * panel + 1.0 + kNodes[i]);
       const double x = std::sinh(u);
       const double share = kWeights[i] * density(shape, degrees_of_freedom, x) * std::cosh(u);
       mass += share;
-      second += share * x * x;
-      fourth += share * x * x * x * x;
+      double power = share;
+      for (double& moment : moments) moment += power *= x * x;
     }
   }
-  return {second / mass, fourth / mass};
+  for (double& moment : moments) moment /= mass;
+  return moments;
 }
 
 void require(bool holds, const char* what) {
   if (!holds) throw std::invalid_argument(what);
+}
+
+/// E[t^order] of Student's t.
+double studentMoment(double dof, int order) {
+  double moment = 1.0;
+  for (int k = 1; k <= order / 2; ++k) {
+    if (dof <= 2.0 * k) return std::numeric_limits<double>::infinity();
+    moment *= dof * (2.0 * k - 1.0) / (dof - 2.0 * k);
+  }
+  return moment;
+}
+
+/// E[x^order] with scale 1, not truncated.
+double moment(Distribution::Shape shape, double degrees_of_freedom, int order) {
+  switch (shape) {
+    case Distribution::Shape::kUniform:
+      return 1.0 / (order + 1.0);
+    case Distribution::Shape::kTriangular:
+      return 2.0 / ((order + 1.0) * (order + 2.0));
+    case Distribution::Shape::kStudentT:
+      return studentMoment(degrees_of_freedom, order);
+    case Distribution::Shape::kGaussian:
+      break;
+  }
+  double product = 1.0;
+  for (int factor = 1; factor < order; factor += 2) product *= factor;
+  return product;
 }
 
 }  // namespace
@@ -62,11 +84,7 @@ Distribution::Distribution(Shape shape, double scale, double degrees_of_freedom,
   require(truncation == kNotTruncated || (truncation > 0.0 && truncation >= kLeastTruncation * scale &&
                                           (scale == 0.0 || truncation <= kLargestTruncation * scale)),
           "a truncation must lie between 0.5 and 1e12 times the scale");
-  if (truncation == kNotTruncated) {
-    setMoments();
-  } else {
-    setTruncatedMoments();
-  }
+  setMoments();
 }
 
 Distribution Distribution::gaussian(double std, double truncation) {
@@ -90,32 +108,16 @@ Distribution Distribution::studentT(double scale, double degrees_of_freedom, dou
 }
 
 void Distribution::setMoments() {
-  const double dof = degrees_of_freedom_;
-  switch (shape_) {
-    case Shape::kGaussian:
-      std_ = scale_;
-      kurtosis_ = 3.0;
-      break;
-    case Shape::kUniform:
-      std_ = scale_ / std::sqrt(3.0);
-      kurtosis_ = 1.8;
-      break;
-    case Shape::kTriangular:
-      std_ = scale_ / std::sqrt(6.0);
-      kurtosis_ = 2.4;
-      break;
-    case Shape::kStudentT:
-      std_ = scale_ * std::sqrt(dof / (dof - 2.0));
-      kurtosis_ = dof > 4.0 ? 3.0 + 6.0 / (dof - 4.0) : std::numeric_limits<double>::infinity();
-      break;
-  }
-}
-
-void Distribution::setTruncatedMoments() {
-  const double unit = scale_ > 0.0 ? scale_ : truncation_;  // no scale: the kurtosis is any, the error zero
-  const Moments moments = truncatedMoments(shape_, degrees_of_freedom_, truncation_ / unit);
-  std_ = scale_ * std::sqrt(moments.second);
-  kurtosis_ = moments.fourth / (moments.second * moments.second);
+  const bool truncated = truncation_ != kNotTruncated;
+  const double unit = scale_ > 0.0 ? scale_ : truncation_;  // no scale: the moments are any, the error zero
+  if (truncated) moments_ = truncatedMoments(shape_, degrees_of_freedom_, truncation_ / unit);
+  if (!truncated)
+    for (std::size_t i = 0; i < moments_.size(); ++i)
+      moments_[i] = moment(shape_, degrees_of_freedom_, 2 * static_cast<int>(i) + 2);
+  const double variance = moments_[0];
+  std_ = scale_ * std::sqrt(variance);
+  for (std::size_t i = 0; i < moments_.size(); ++i)
+    moments_[i] /= std::pow(variance, static_cast<double>(i) + 1.0);
 }
 
 }  // namespace bs_car_odometry

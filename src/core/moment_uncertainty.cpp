@@ -8,12 +8,14 @@ ExactMoments::ExactMoments(const SystematicPrior& prior, SystematicRule rule) : 
 
 void ExactMoments::reset(const Pose2& pose, const Eigen::Matrix3d& covariance) {
   noise_.reset(pose, covariance);
+  dead_reckoned_ = pose;
   nodes_.reset();
   sensitivity_.setZero();
 }
 
 void ExactMoments::advance(const UncertainStep& step) {
   noise_.advance(GaussianStep::ofBody(step.increment.motion, step.increment.path_covariance));
+  dead_reckoned_ = step.moved.pose;
   if (rule_ == SystematicRule::kDegreeFive) {
     nodes_.advance(step.moved, step.increment.motion, step.J_motion);
   } else {
@@ -24,17 +26,36 @@ void ExactMoments::advance(const UncertainStep& step) {
 void ExactMoments::setSystematic(const SystematicPrior& prior) {
   Eigen::Matrix3d covariance;
   getTotal(covariance);
-  noise_.reset(noise_.mean(), covariance);
+  noise_.reset(dead_reckoned_, covariance);
   nodes_ = SystematicNodes(prior);
   sensitivity_.setZero();
 }
 
+/// From the dead-reckoned position to the expected one: what the noise and what the parameters make of it add
+/// up, since each is small against the path.
+Eigen::Vector2d ExactMoments::lag() const {
+  const Pose2 mean = noise_.mean();
+  const std::complex<double> nodes = rule_ == SystematicRule::kDegreeFive ? nodes_.lag() : 0.0;
+  return {mean.x - dead_reckoned_.x + nodes.real(), mean.y - dead_reckoned_.y + nodes.imag()};
+}
+
+Pose2 ExactMoments::expectedPose() const {
+  const Eigen::Vector2d position = dead_reckoned_.position() + lag();
+  return {position.x(), position.y(), dead_reckoned_.yaw};
+}
+
+Eigen::Matrix3d ExactMoments::central() const {
+  Eigen::Matrix3d noise = noise_.covariance();
+  Eigen::Matrix3d total;
+  if (rule_ == SystematicRule::kDegreeFive) noise.topLeftCorner<2, 2>() += nodes_.curvature();
+  setTotal(noise, rule_ == SystematicRule::kDegreeFive ? nodes_.sensitivity() : sensitivity_, 1.0, total);
+  return total;
+}
+
 void ExactMoments::getTotal(Eigen::Matrix3d& total) const {
-  if (rule_ == SystematicRule::kDegreeFive) {
-    setTotal(noise_.covariance() + nodes_.curvature(), nodes_.sensitivity(), 1.0, total);
-  } else {
-    setTotal(noise_.covariance(), sensitivity_, 1.0, total);
-  }
+  const Eigen::Vector2d offset = lag();
+  total = central();
+  total.topLeftCorner<2, 2>() += offset * offset.transpose();
 }
 
 void ClosedForm::reset(const Pose2& pose, const Eigen::Matrix3d& covariance) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <limits>
 
 namespace bs_car_odometry {
@@ -43,20 +45,24 @@ class Distribution {
 
   /// Fourth moment over std^4, truncation included; infinite for an untruncated Student t of at most 4
   /// degrees of freedom.
-  double kurtosis() const { return kurtosis_; }
+  double kurtosis() const { return moments_[1]; }
+
+  /// The same for any even order from 2 to 8: E[x^order] / std^order, infinite where the tails are too heavy.
+  double standardMoment(int order) const { return moments_[static_cast<std::size_t>(order / 2 - 1)]; }
 
  private:
+  using Moments = std::array<double, 4>;  ///< of the orders 2, 4, 6, 8
+
   Distribution(Shape shape, double scale, double degrees_of_freedom, double truncation);
 
   void setMoments();
-  void setTruncatedMoments();
 
   Shape shape_{Shape::kGaussian};
   double scale_;
   double degrees_of_freedom_{0.0};
   double truncation_{kNotTruncated};
   double std_;
-  double kurtosis_{3.0};
+  Moments moments_{1.0, 3.0, 15.0, 105.0};
 };
 
 }  // namespace bs_car_odometry

@@ -6,8 +6,9 @@
 
 namespace bs_car_odometry {
 
-/// Exact moments of the pose under the noise of the readings (docs/model.md, S4'), with the constant errors
-/// of the parameters by the rule of degree five (S5) or by their sensitivity Phi.
+/// Exact moments of the pose under the noise of the readings (docs/model.md, S4'), with the constant errors of
+/// the parameters by a rule over p(A) (S5) or by their sensitivity Phi. What is published is the second moment
+/// of the dead-reckoned pose's error, whose mean is not zero; about that mean it would be smaller.
 class ExactMoments final : public PoseUncertainty {
  public:
   ExactMoments(const SystematicPrior& prior, SystematicRule rule);
@@ -18,10 +19,17 @@ class ExactMoments final : public PoseUncertainty {
   void setSystematic(const SystematicPrior& prior) override;
   void getTotal(Eigen::Matrix3d& total) const override;
 
+  /// Covariance about the expected pose, and that pose.
+  Eigen::Matrix3d central() const;
+  Pose2 expectedPose() const;
+
   const PoseMoments& noise() const { return noise_; }
 
  private:
+  Eigen::Vector2d lag() const;
+
   PoseMoments noise_;
+  Pose2 dead_reckoned_;
   SystematicRule rule_;
   SystematicNodes nodes_;              ///< with the rule of degree five
   SystematicSensitivity sensitivity_;  ///< otherwise
