@@ -50,6 +50,20 @@ TEST(Documentation, readmeNamesNoOtherParameter) {
   }
 }
 
+TEST(Documentation, theDistributionsOfTheInterfaceLoad) {
+  std::ifstream lines(BS_CAR_ODOMETRY_SOURCE "/docs/interface.md");
+  std::size_t examples = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.compare(0, 14, "{distribution:") != 0) continue;
+    SCOPED_TRACE(line);
+    ++examples;
+    const LoadedParameters loaded = loadParameters(
+        loadParameterFile(BS_CAR_ODOMETRY_SOURCE "/config/cycab.yaml", {{"noise/wheel", line}}));
+    EXPECT_GT(loaded.parameters.noise.wheel.std(), 0.0);
+  }
+  EXPECT_EQ(examples, 4u) << "one for each shape";
+}
+
 TEST(VehicleFiles, loadWithoutWarnings) {
   std::size_t files = 0;
   for (const auto& file : std::filesystem::directory_iterator(BS_CAR_ODOMETRY_SOURCE "/config")) {

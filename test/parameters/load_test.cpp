@@ -48,6 +48,7 @@ odometry:
   motion: exact
   shortened_track: true
   uncertainty: first_order
+  systematic_rule: degree_five
 noise:
   wheel: 0.005
   steering: {std: 0.003, correlation_length: 0.1}
@@ -123,6 +124,7 @@ void expectDefaultOptions(const Parameters& p) {
   EXPECT_EQ(p.odometry.motion, Motion::kExact);
   EXPECT_TRUE(p.odometry.shortened_track);
   EXPECT_EQ(p.odometry.uncertainty, Uncertainty::kFirstOrder);
+  EXPECT_EQ(p.odometry.systematic_rule, SystematicRule::kDegreeFive);
   EXPECT_EQ(p.noise.wheel.std(), 0.005);
   EXPECT_EQ(p.noise.steering.angle.std(), 0.003);
   EXPECT_EQ(p.noise.steering.correlation_length, 0.1);

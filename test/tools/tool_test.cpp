@@ -116,6 +116,10 @@ TEST(LoadVehicle, settingsApplyLastAndWarningsAreShown) {
   EXPECT_THAT(GetCapturedStderr(), HasSubstr("nearest known one is max_gap"));
   EXPECT_EQ(parameters.limits.max_speed, 6.0);
   EXPECT_EQ(parameters.vehicle.name, "a=b");
+  const Distribution wheel =
+      loadVehicle(file, {"noise/wheel={distribution: uniform, half_width: 0.01}"}).noise.wheel;
+  EXPECT_EQ(wheel.shape(), Distribution::Shape::kUniform);
+  EXPECT_EQ(wheel.scale(), 0.01);
   EXPECT_THAT(errorOf([&] { loadVehicle(file, {"max_speed"}); }), HasSubstr("--set max_speed"));
   EXPECT_THROW(loadVehicle(file, {"max_sped=1"}), ParameterError);
 }
