@@ -1,6 +1,7 @@
 // No step allocates memory: operator new is counted here, and Eigen's own allocations abort.
 #include "vehicles.hpp"
 
+#include "bs_car_odometry/core/motion_history.hpp"
 #include "bs_car_odometry/core/odometry_estimator.hpp"
 #include "bs_car_odometry/core/steering_buffer.hpp"
 
@@ -104,6 +105,30 @@ TEST(NoAllocation, FullSteeringBuffer) {
   }
   EXPECT_EQ(count, 0u);
   EXPECT_NEAR(sum, 1000.0, 1e-6);
+}
+
+/// From its first step on, beyond its fill, and when it is asked.
+TEST(NoAllocation, MotionHistory) {
+  constexpr int kMost = 64;
+  MotionHistory history(durationFromSeconds(60.0), systematicCovariance({}), kMost);
+  const auto at = [](int i) { return Time(std::chrono::milliseconds(10 * i)); };
+  BodyIncrement increment;
+  increment.motion = {0.02, 0.0, 0.01};
+  double sum = 0.0;
+  std::size_t count = 0;
+  {
+    const AllocationWatch watch;
+    for (int i = 0; i < 3 * kMost; ++i) {
+      history.addStep({at(i), at(i + 1)}, increment, {0.1, 0.0}, Eigen::Vector3d::Zero());
+      sum += history.between(at(i), at(i + 1))->distance;
+    }
+    history.addUnseen({at(3 * kMost), at(3 * kMost + 1)}, Eigen::Matrix3d::Identity());
+    sum += history.between(at(3 * kMost), at(3 * kMost - 10))->distance;
+    history.clear();
+    count = watch.count();
+  }
+  EXPECT_EQ(count, 0u);
+  EXPECT_NEAR(sum, 0.02 * (3 * kMost + 10), 1e-9);
 }
 
 }  // namespace
