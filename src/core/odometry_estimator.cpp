@@ -50,6 +50,12 @@ PerWheel<bool> wheelsUsed(const Vehicle& vehicle, const OdometryOptions& options
   return used;
 }
 
+Eigen::Vector3d unseenMotion(const OdometryConfiguration& configuration, Duration interval) {
+  const double distance = configuration.limits.max_speed * toSeconds(interval);
+  const double turn = std::min(distance / configuration.vehicle.wheelbase, M_PI);
+  return Eigen::Vector3d(distance, distance, turn).array().square();
+}
+
 OdometryEstimator::OdometryEstimator(const OdometryConfiguration& configuration)
     : configuration_(configuration),
       model_(makeOdometryModel(configuration)),
@@ -132,9 +138,7 @@ void OdometryEstimator::updateTwist(std::optional<Duration> interval, const Syst
 }
 
 void OdometryEstimator::inflate(Duration interval) {
-  const double distance = configuration_.limits.max_speed * toSeconds(interval);
-  const double turn = std::min(distance / configuration_.vehicle.wheelbase, M_PI);
-  uncertainty_->inflate(Eigen::Vector3d(distance, distance, turn).array().square().matrix().asDiagonal());
+  uncertainty_->inflate(unseenMotion(configuration_, interval).asDiagonal());
   publishPose();
 }
 

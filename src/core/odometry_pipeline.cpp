@@ -41,7 +41,9 @@ OdometryPipeline::OdometryPipeline(const OdometryConfiguration& configuration)
     : configuration_(configuration),
       steering_needed_(bs_car_odometry::steeringNeeded(configuration.vehicle, configuration.options)),
       wheel_used_(wheelsUsed(configuration.vehicle, configuration.options)),
-      estimator_(withCleanCovariance(configuration)) {
+      estimator_(withCleanCovariance(configuration)),
+      motion_history_(configuration.relative_motion.history,
+                      systematicCovariance(configuration.noise.systematic)) {
   waiting_.reserve(kMostWaiting);
 }
 
@@ -189,22 +191,30 @@ bool OdometryPipeline::takeReference(const WheelCounts& counts) {
   ++counts_.counter_restarts;
   estimator_.inflate(reference_time_known_ ? suspicious_->stamp - reference_->stamp
                                            : configuration_.limits.max_gap);
+  if (reference_time_known_) rememberUnseen({reference_->stamp, suspicious_->stamp});
   reference_ = suspicious_;
   reference_time_known_ = true;
   suspicious_.reset();
   return true;
 }
 
-void OdometryPipeline::move(const WheelCounts& counts) {
+StepReadings OdometryPipeline::readingsUntil(const WheelCounts& counts) const {
   StepReadings readings;
   readings.travel = travels(*reference_, counts);
   // After a long interval, or in a new time, the buffer may begin after the reference.
   const bool reaches_back = reference_time_known_ && steeringReachesBack(reference_->stamp);
   readings.begin = reaches_back ? anglesAt(reference_->stamp) : last_angles_;
   readings.end = anglesAt(counts.stamp);
+  return readings;
+}
+
+void OdometryPipeline::move(const WheelCounts& counts) {
+  const StepReadings readings = readingsUntil(counts);
+  std::optional<TimeSpan> span;
   std::optional<Duration> interval;
   if (reference_time_known_) {
-    interval = counts.stamp - reference_->stamp;
+    span = {reference_->stamp, counts.stamp};
+    interval = span->end - span->begin;
     report_.interval = toSeconds(*interval);
     if (*interval > configuration_.limits.max_gap) {
       ++counts_.gaps;
@@ -218,9 +228,27 @@ void OdometryPipeline::move(const WheelCounts& counts) {
     // What was not finite must not leave by the report either.
     ++counts_.refused_states;
     report_.state = OdometryState::kDegraded;
+    if (span) rememberUnseen(*span);
     return;
   }
-  estimator_.doubtSteering(interval, steeringDoubt(report_.interval));
+  const PerAxle<double> doubt = steeringDoubt(report_.interval);
+  estimator_.doubtSteering(interval, doubt);
+  if (span) rememberStep(*span, interval.has_value(), doubt);
+  reportStep(readings);
+}
+
+/// Inside a gap the motion is as unknown as if it had not been seen, although its sum is known.
+void OdometryPipeline::rememberStep(const TimeSpan& span, bool twist_known, const PerAxle<double>& doubt) {
+  const Eigen::Vector3d within =
+      twist_known ? Eigen::Vector3d::Zero() : unseenMotion(configuration_, span.end - span.begin);
+  motion_history_.addStep(span, estimator_.lastIncrement(), doubt, within);
+}
+
+void OdometryPipeline::rememberUnseen(const TimeSpan& span) {
+  motion_history_.addUnseen(span, unseenMotion(configuration_, span.end - span.begin).asDiagonal());
+}
+
+void OdometryPipeline::reportStep(const StepReadings& readings) {
   const BodyMotion& motion = estimator_.lastIncrement().motion;
   const double path = motion.head<2>().norm();
   report_.step = motion.x() < 0.0 ? -path : path;
@@ -282,6 +310,7 @@ OdometryUpdate OdometryPipeline::update(const WheelCounts& counts, Time complete
 
 void OdometryPipeline::reset() {
   estimator_.reset();
+  motion_history_.clear();
   waiting_.clear();
   reference_.reset();
   suspicious_.reset();
@@ -303,6 +332,7 @@ void OdometryPipeline::restart() {
 
 void OdometryPipeline::rebaseTime() {
   forgetTime();
+  motion_history_.clear();
   reference_time_known_ = false;
 }
 

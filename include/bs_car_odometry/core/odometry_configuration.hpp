@@ -13,6 +13,7 @@ struct OdometryConfiguration {
   OdometryOptions options;
   InputLimits limits;
   InitialPose initial_pose;
+  RelativeMotionOptions relative_motion;
 };
 
 /// Which axles' steering angles a configuration cannot do without.
@@ -20,5 +21,8 @@ PerAxle<bool> steeringNeeded(const Vehicle& vehicle, const OdometryOptions& opti
 
 /// The wheels that a configuration reads: those of the selected axles that have an encoder.
 PerWheel<bool> wheelsUsed(const Vehicle& vehicle, const OdometryOptions& options);
+
+/// (x, y, yaw) variances of motion that was not seen during `interval`, at up to max_speed [m^2, m^2, rad^2].
+Eigen::Vector3d unseenMotion(const OdometryConfiguration& configuration, Duration interval);
 
 }  // namespace bs_car_odometry

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bs_car_odometry/core/motion_history.hpp"
 #include "bs_car_odometry/core/odometry_estimator.hpp"
 #include "bs_car_odometry/core/steering_buffer.hpp"
 #include "bs_car_odometry/core/time.hpp"
@@ -108,6 +109,10 @@ class OdometryPipeline {
   /// Puts the car at a pose of base_link in odom; distance and counts go on.
   void setPose(const Pose2& pose, const Eigen::Matrix3d& covariance);
 
+  /// The motion of base_link between stamps of the latest steps. reset(), restart() and rebaseTime() cut it;
+  /// setPose() does not, since it moves the pose and not the car.
+  const MotionHistory& motionHistory() const { return motion_history_; }
+
   const InputCounts& counts() const { return counts_; }
   const PerAxle<bool>& steeringNeeded() const { return steering_needed_; }
   const PerWheel<bool>& wheelUsed() const { return wheel_used_; }
@@ -127,6 +132,10 @@ class OdometryPipeline {
   bool isPlausible(const PerWheel<double>& travels, Duration interval) const;
   bool takeReference(const WheelCounts& counts);
   void move(const WheelCounts& counts);
+  StepReadings readingsUntil(const WheelCounts& counts) const;
+  void rememberStep(const TimeSpan& span, bool twist_known, const PerAxle<double>& doubt);
+  void rememberUnseen(const TimeSpan& span);
+  void reportStep(const StepReadings& readings);
   SteeringAngles anglesAt(Time stamp) const;
   PerAxle<double> steeringAges(Time stamp) const;
   PerAxle<double> steeringDoubt(double interval) const;
@@ -136,6 +145,7 @@ class OdometryPipeline {
   PerAxle<bool> steering_needed_;
   PerWheel<bool> wheel_used_;
   OdometryEstimator estimator_;
+  MotionHistory motion_history_;
   PerAxle<SteeringBuffer> steering_;
   std::vector<WheelCounts> waiting_;       ///< in order of stamps
   std::optional<WheelCounts> reference_;   ///< counters at the present pose

@@ -75,6 +75,11 @@ struct InputLimits {
   Duration steering_wait{durationFromSeconds(0.02)};    ///< wheels wait so long for a newer angle
 };
 
+/// What is kept to answer for the motion between two stamps (docs/model.md, 5.8).
+struct RelativeMotionOptions {
+  Duration history{durationFromSeconds(60.0)};  ///< how far back; zero keeps nothing
+};
+
 /// Pose of base_link in odom at the start.
 struct InitialPose {
   double x{0.0};                                        ///< [m]
