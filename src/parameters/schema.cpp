@@ -165,6 +165,7 @@ Schema limitSchema(Parameters& p) {
       choice<StampSource>("stamp_source", p.stamp_source,
                           {{{"header", StampSource::kHeader}, {"receipt", StampSource::kReceipt}}}),
       number("unmeasured_variance", p.unmeasured_variance, from(0, 1e12, "m^2, rad^2")),
+      seconds("relative_motion/history", p.relative_motion.history, from(0, 3600, "s; 0: none is kept")),
   };
 }
 

@@ -13,8 +13,9 @@ constexpr double kFarthestJoint = 1e9;  // [rad]; beyond, the counter would leav
 }  // namespace
 
 OdometryConfiguration toConfiguration(const Parameters& parameters) {
-  OdometryConfiguration configuration{parameters.vehicle, parameters.noise, parameters.odometry,
-                                      parameters.limits, parameters.initial_pose};
+  OdometryConfiguration configuration{parameters.vehicle,      parameters.noise,
+                                      parameters.odometry,     parameters.limits,
+                                      parameters.initial_pose, parameters.relative_motion};
   if (parameters.input == InputSource::kJointStates) {
     for (double& metres : configuration.vehicle.metres_per_tick.values) metres /= kTicksPerRadian;
     configuration.vehicle.counter_bits = 0;

@@ -2,6 +2,7 @@
 
 #include "bs_car_odometry/parameters/load.hpp"
 #include "bs_car_odometry/ros/parameter_server.hpp"
+#include "bs_car_odometry/ros/relative_motion.hpp"
 #include "bs_car_odometry/ros/verdicts.hpp"
 
 #include <nav_msgs/Odometry.h>
@@ -40,6 +41,8 @@ void OdometryRos::advertise() {
   status_publisher_ = node_.advertise<OdometryStatus>("odometry_status", kQueueSize);
   if (parameters_.publish_tf) tf_publisher_ = node_.advertise<tf2_msgs::TFMessage>("/tf", kQueueSize);
   reset_server_ = private_node_.advertiseService("reset", &OdometryRos::onReset, this);
+  relative_motion_server_ =
+      private_node_.advertiseService("relative_motion", &OdometryRos::onRelativeMotion, this);
   // Idle until startWaiting() sets its period.
   wait_timer_ = node_.createTimer(
       ros::Duration(kLongestWait), [this](const ros::TimerEvent&) { publishUpdates(ros::Time::now()); }, true,
@@ -178,6 +181,13 @@ void OdometryRos::onSetPose(const geometry_msgs::PoseWithCovarianceStamped& mess
   } else {
     ROS_WARN_STREAM_THROTTLE(kLogPeriod, "set_pose refused: " << refused);
   }
+}
+
+bool OdometryRos::onRelativeMotion(RelativeMotion::Request& request, RelativeMotion::Response& response) {
+  publishUpdates(ros::Time::now());
+  fillRelativeMotion(adapter_.pipeline().motionHistory(), adapter_.frames().unmeasured_variance, request,
+                     response);
+  return true;
 }
 
 bool OdometryRos::onReset(std_srvs::Trigger::Request& /*request*/, std_srvs::Trigger::Response& response) {

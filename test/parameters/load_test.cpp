@@ -73,6 +73,7 @@ max_steering_age: 0.2
 steering_wait: 0.02
 stamp_source: header
 unmeasured_variance: 0.0
+relative_motion: {history: 60.0}
 )";
 
 void collectPaths(const YAML::Node& map, const std::string& group, std::set<std::string>& paths) {
@@ -166,6 +167,7 @@ void expectDefaultInputs(const Parameters& p) {
   EXPECT_EQ(p.limits.steering_wait, std::chrono::milliseconds(20));
   EXPECT_EQ(p.stamp_source, StampSource::kHeader);
   EXPECT_EQ(p.unmeasured_variance, 0.0);
+  EXPECT_EQ(p.relative_motion.history, std::chrono::seconds(60));
 }
 
 TEST(Defaults, areTheDocumentedOnes) {
@@ -249,6 +251,8 @@ const std::vector<NumberMember> kNumbers{
     {"max_steering_age", 0.25, [](const Parameters& p) { return toSeconds(p.limits.max_steering_age); }},
     {"steering_wait", 0.25, [](const Parameters& p) { return toSeconds(p.limits.steering_wait); }},
     {"unmeasured_variance", 0.5, [](const Parameters& p) { return p.unmeasured_variance; }},
+    {"relative_motion/history", 2.5,
+     [](const Parameters& p) { return toSeconds(p.relative_motion.history); }},
 };
 
 TEST(Values, everyNumberReachesItsMemberAndNoOther) {

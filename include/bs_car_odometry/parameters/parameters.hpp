@@ -73,6 +73,7 @@ struct Parameters {
   LaserSigma laser_sigma;
   InitialPose initial_pose;
   InputLimits limits;
+  RelativeMotionOptions relative_motion;
   StampSource stamp_source{StampSource::kHeader};
   double unmeasured_variance{0.0};  ///< of z [m^2], roll and pitch [rad^2]
 };

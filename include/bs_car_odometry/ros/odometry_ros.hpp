@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bs_car_odometry/RelativeMotion.h"
 #include "bs_car_odometry/parameters/parameters.hpp"
 #include "bs_car_odometry/ros/odometry_adapter.hpp"
 #include "bs_car_odometry/ros/odometry_diagnostics.hpp"
@@ -41,6 +42,7 @@ class OdometryRos {
   void publish(const OdometryUpdate& update);
   void startWaiting(const ros::Time& now);
   void onSetPose(const geometry_msgs::PoseWithCovarianceStamped& message);
+  bool onRelativeMotion(RelativeMotion::Request& request, RelativeMotion::Response& response);
   bool onReset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
   ros::NodeHandle node_;
@@ -54,6 +56,7 @@ class OdometryRos {
   ros::Publisher tf_publisher_;
   ros::Publisher status_publisher_;
   ros::ServiceServer reset_server_;
+  ros::ServiceServer relative_motion_server_;
   ros::Timer wait_timer_;
   Time newest_receipt_;
   InputCounts known_counts_;  ///< what the log knows of
