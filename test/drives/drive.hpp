@@ -19,7 +19,7 @@ struct Sample {
   simulation::Pose truth;    ///< of base_link in odom
 };
 
-/// A drive to be recorded. True gains are those of the vehicle.
+/// A drive to be recorded. True gains are those of the vehicle, unless they are drawn.
 struct DriveSettings {
   std::string scenario;
   double rate{20.0};                          ///< [Hz], wheels and steering together
@@ -27,6 +27,7 @@ struct DriveSettings {
   double speed_factor{1.0};                   ///< multiplies the scenario's speed
   AxleSelection axles{AxleSelection::kBoth};  ///< tells a differential robot from a car
   std::optional<NoiseModel> noise;            ///< none: exact but for rounding
+  bool draw_parameters{false};                ///< true parameters from noise->systematic, by the seed
   std::uint64_t seed{1};
   double substep{0.005};  ///< [s]
 };
@@ -37,6 +38,15 @@ std::vector<Sample> record(const Vehicle& vehicle, const DriveSettings& settings
 using Visitor = std::function<void(const Sample&, const OdometryEstimate&)>;
 void replay(const OdometryConfiguration& configuration, const std::vector<Sample>& drive,
             const Visitor& visit);
+
+/// What the odometry says of the motion from one sample to another, which need not be among the readings that
+/// it is given: each `every`-th sample from the first one on.
+/// @throws std::logic_error when it says nothing
+MotionEstimate motionBetween(const OdometryConfiguration& configuration, const std::vector<Sample>& drive,
+                             std::size_t from, std::size_t to, std::size_t every = 1);
+
+/// The true one.
+simulation::Pose trueMotion(const std::vector<Sample>& drive, std::size_t from, std::size_t to);
 
 /// The odometry at the end of the drive.
 OdometryEstimate endOf(const OdometryConfiguration& configuration, const std::vector<Sample>& drive);

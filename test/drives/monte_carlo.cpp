@@ -4,27 +4,33 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <thread>
 
 namespace bs_car_odometry::drives {
 
 namespace {
 
-void simulateDrive(const MonteCarloSettings& settings, std::size_t i, std::vector<EndErrors>& results) {
+/// What an odometry says of a drive, and what is true.
+struct Judged {
+  OdometryEstimate estimate;
+  simulation::Pose truth;
+};
+using Judge = std::function<Judged(const OdometryConfiguration&, const std::vector<Sample>&)>;
+
+void simulateDrive(const MonteCarloSettings& settings, const Judge& judge, std::size_t i,
+                   std::vector<EndErrors>& results) {
   DriveSettings drive = settings.drive;
   drive.seed += i;
   const std::vector<Sample> samples = record(settings.odometries.front().vehicle, drive);
-  const simulation::Pose& truth = samples.back().truth;
   for (std::size_t k = 0; k < settings.odometries.size(); ++k) {
-    const OdometryEstimate end = endOf(settings.odometries[k], samples);
-    results[k].errors[i] = end.pose.vector() - Eigen::Vector3d(truth.x, truth.y, truth.yaw);
-    results[k].nees[i] = normalisedError(end, truth);
+    const auto [estimate, truth] = judge(settings.odometries[k], samples);
+    results[k].errors[i] = estimate.pose.vector() - Eigen::Vector3d(truth.x, truth.y, truth.yaw);
+    results[k].nees[i] = normalisedError(estimate, truth);
   }
 }
 
-}  // namespace
-
-std::vector<EndErrors> simulateDrives(const MonteCarloSettings& settings) {
+std::vector<EndErrors> simulate(const MonteCarloSettings& settings, const Judge& judge) {
   std::vector<EndErrors> results(settings.odometries.size());
   for (EndErrors& result : results) {
     result.errors.resize(settings.drives);
@@ -33,11 +39,30 @@ std::vector<EndErrors> simulateDrives(const MonteCarloSettings& settings) {
   const std::size_t threads = std::max(1U, std::thread::hardware_concurrency());
   std::vector<std::thread> workers;
   for (std::size_t first = 0; first < threads; ++first)
-    workers.emplace_back([&settings, &results, first, threads] {
-      for (std::size_t i = first; i < settings.drives; i += threads) simulateDrive(settings, i, results);
+    workers.emplace_back([&settings, &judge, &results, first, threads] {
+      for (std::size_t i = first; i < settings.drives; i += threads)
+        simulateDrive(settings, judge, i, results);
     });
   for (std::thread& worker : workers) worker.join();
   return results;
+}
+
+}  // namespace
+
+std::vector<EndErrors> simulateDrives(const MonteCarloSettings& settings) {
+  return simulate(settings, [](const OdometryConfiguration& odometry, const std::vector<Sample>& drive) {
+    return Judged{endOf(odometry, drive), drive.back().truth};
+  });
+}
+
+std::vector<EndErrors> simulateMotions(const MonteCarloSettings& settings, const Interval& interval) {
+  return simulate(settings, [&interval](const OdometryConfiguration& odometry,
+                                        const std::vector<Sample>& drive) {
+    const MotionEstimate motion = motionBetween(odometry, drive, interval.from, interval.to, interval.every);
+    const OdometryEstimate estimate{motion.motion, motion.covariance, Eigen::Vector3d::Zero(),
+                                    Eigen::Matrix3d::Zero()};
+    return Judged{estimate, trueMotion(drive, interval.from, interval.to)};
+  });
 }
 
 Eigen::Vector3d EndErrors::mean() const {

@@ -29,6 +29,17 @@ struct EndErrors {
 /// @return one for each odometry
 std::vector<EndErrors> simulateDrives(const MonteCarloSettings& settings);
 
+/// Part of a drive, by the numbers of its samples.
+struct Interval {
+  std::size_t from{0};
+  std::size_t to{0};
+  std::size_t every{1};  ///< the odometry is given each so many-th sample
+};
+
+/// The same of the motion in a part of each drive, in the axes of base_link at its beginning.
+/// @return one for each odometry
+std::vector<EndErrors> simulateMotions(const MonteCarloSettings& settings, const Interval& interval);
+
 /// (N1): squared error in exponential coordinates, in units of its covariance.
 double normalisedError(const OdometryEstimate& estimate, const simulation::Pose& truth);
 
