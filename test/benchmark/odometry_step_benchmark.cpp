@@ -118,5 +118,6 @@ int main(int argc, char** argv) {
   reporter.printRatio("fourWheelStep", {"mrptStep", "mrptStepNewAction"});
   for (const char* method : {"exactMomentsSensitivity", "exactMomentsDegreeFive", "closedForm"})
     reporter.printRatio(method, {"fourWheelStep"});
+  reporter.printRatio("pipelineStepWithHistory", {"pipelineStep"});
   return 0;
 }
