@@ -1,5 +1,7 @@
 #include "bs_car_odometry/core/moment_uncertainty.hpp"
 
+#include "bs_car_odometry/core/nearest_covariance.hpp"
+
 namespace bs_car_odometry {
 
 ExactMoments::ExactMoments(const SystematicPrior& prior, SystematicRule rule) : rule_(rule), nodes_(prior) {
@@ -9,7 +11,7 @@ ExactMoments::ExactMoments(const SystematicPrior& prior, SystematicRule rule) : 
 void ExactMoments::reset(const Pose2& pose, const Eigen::Matrix3d& covariance) {
   noise_.reset(pose, covariance);
   dead_reckoned_ = pose;
-  nodes_.reset();
+  nodes_.reset(covariance);
   sensitivity_.setZero();
 }
 
@@ -17,10 +19,15 @@ void ExactMoments::advance(const UncertainStep& step) {
   noise_.advance(GaussianStep::ofBody(step.increment.motion, step.increment.path_covariance));
   dead_reckoned_ = step.moved.pose;
   if (rule_ == SystematicRule::kDegreeFive) {
-    nodes_.advance(step.moved, step.increment.motion, step.J_motion);
+    nodes_.advance(step.moved, step.increment, step.J_motion);
   } else {
     advanceSensitivity(step.moved, step.J_motion, sensitivity_);
   }
+}
+
+void ExactMoments::inflate(const Eigen::Matrix3d& covariance) {
+  noise_.add(covariance);
+  nodes_.inflate(covariance);
 }
 
 void ExactMoments::setSystematic(const SystematicPrior& prior) {
@@ -28,6 +35,7 @@ void ExactMoments::setSystematic(const SystematicPrior& prior) {
   getTotal(covariance);
   noise_.reset(dead_reckoned_, covariance);
   nodes_ = SystematicNodes(prior);
+  nodes_.reset(covariance);
   sensitivity_.setZero();
 }
 
@@ -45,11 +53,13 @@ Pose2 ExactMoments::expectedPose() const {
 }
 
 Eigen::Matrix3d ExactMoments::central() const {
-  Eigen::Matrix3d noise = noise_.covariance();
   Eigen::Matrix3d total;
-  if (rule_ == SystematicRule::kDegreeFive) noise.topLeftCorner<2, 2>() += nodes_.curvature();
-  setTotal(noise, rule_ == SystematicRule::kDegreeFive ? nodes_.sensitivity() : sensitivity_, 1.0, total);
-  return total;
+  if (rule_ == SystematicRule::kSensitivity) {
+    setTotal(noise_.covariance(), sensitivity_, 1.0, total);
+    return total;
+  }
+  setTotal(noise_.covariance() + nodes_.beyondLinear(), nodes_.sensitivity(), 1.0, total);
+  return isPositiveDefinite(total) ? total : withoutNegativeVariances(total);
 }
 
 void ExactMoments::getTotal(Eigen::Matrix3d& total) const {

@@ -1,5 +1,6 @@
 #include "bs_car_odometry/core/odometry_estimator.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace bs_car_odometry {
@@ -19,6 +20,12 @@ bool otherAngleMatters(const Vehicle& vehicle, const OdometryOptions& options, A
 
 /// Far above anything a car can do, and far below what overflows when such steps are multiplied and added up.
 constexpr double kLargest = 1e30;
+
+/// The covariance, or the same made smaller where what it leads to might overflow. A pose that is not known
+/// to 1e15 m is not known.
+Eigen::Matrix3d bounded(const Eigen::Matrix3d& covariance) {
+  return covariance * std::min(1.0, kLargest / covariance.cwiseAbs().maxCoeff());
+}
 
 /// False for values that are not finite, too.
 bool isUsable(const BodyIncrement& increment) {
@@ -72,7 +79,7 @@ void OdometryEstimator::reset() {
 
 void OdometryEstimator::setPose(const Pose2& pose, const Eigen::Matrix3d& covariance) {
   dead_reckoned_ = before_step_ = pose;
-  uncertainty_->reset(pose, covariance);
+  uncertainty_->reset(pose, bounded(covariance));
   steering_doubt_.reset();
   publishPose();
   forgetTwist();

@@ -1,8 +1,7 @@
 #include "bs_car_odometry/core/odometry_pipeline.hpp"
 
+#include "bs_car_odometry/core/nearest_covariance.hpp"
 #include "bs_car_odometry/core/wheel_counters.hpp"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -18,17 +17,6 @@ constexpr std::size_t kMostWaiting = 2048;
 /// stamps, which shortens an interval without shortening the travel [s].
 constexpr double kPlausibleExcess = 1.5;
 constexpr double kStampJitter = 0.01;
-
-/// The nearest covariance: what is accepted from outside may have eigenvalues below zero by its rounding,
-/// what is published must not.
-Eigen::Matrix3d withoutNegativeVariances(const Eigen::Matrix3d& covariance) {
-  Eigen::Matrix3d symmetric = 0.5 * (covariance + covariance.transpose());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(symmetric);
-  if (!(solver.eigenvalues().minCoeff() < 0.0)) return symmetric;
-  const Eigen::Matrix3d& V = solver.eigenvectors();
-  const Eigen::Matrix3d nearest = V * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * V.transpose();
-  return 0.5 * (nearest + nearest.transpose());
-}
 
 OdometryConfiguration withCleanCovariance(OdometryConfiguration configuration) {
   configuration.initial_pose.covariance = withoutNegativeVariances(configuration.initial_pose.covariance);

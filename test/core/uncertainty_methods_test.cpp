@@ -360,7 +360,7 @@ TEST(SystematicNodes, CircleWithAWrongTrack) {
             << linear_in_a.transpose() << "\n  nodes       " << nodes.transpose() << "\n  Phi         "
             << sensitivity.transpose() << std::endl;
   // Within a segment the nodes are moved to first order.
-  EXPECT_TRUE(matrixRelativelyNear(nodes, linear_in_a, 3e-4));
+  EXPECT_TRUE(matrixRelativelyNear(nodes, linear_in_a, 4e-4));
   // A turn goes with 1/k_b, of which the rule knows the first order only.
   EXPECT_TRUE(matrixRelativelyNear(nodes, expected, 0.025));
   EXPECT_GT(std::abs(sensitivity.x() / expected.x() - 1.0), 0.05);  // the drive can tell the two apart
@@ -431,7 +431,9 @@ TEST_P(Methods, UnseenMotionAdds) {
   estimator.inflate(durationFromSeconds(0.02));
   const Eigen::Matrix3d grown = estimator.estimate().pose_covariance - before;
   const Eigen::Vector3d expected(0.64, 0.64, 0.64 / 1.44);  // up to 40 m/s for 0.02 s
-  EXPECT_TRUE(matrixNear(grown, Eigen::Matrix3d(expected.asDiagonal()), 1e-12));
+  // With exact moments, what heading errors of the parameters do to the noise (micrometres here) fades with
+  // the noise of the heading.
+  EXPECT_TRUE(matrixNear(grown, Eigen::Matrix3d(expected.asDiagonal()), 1e-8));
 }
 
 TEST_P(Methods, SetPoseForgetsThePast) {

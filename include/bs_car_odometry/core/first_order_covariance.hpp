@@ -4,6 +4,9 @@
 
 namespace bs_car_odometry {
 
+/// Sigma' = F Sigma F^T + G P G^T.
+void advanceNoise(const PoseStep& step, const Eigen::Matrix3d& P, Eigen::Matrix3d& noise);
+
 /// Pose covariance to first order (docs/model.md, S1), with the systematic part carried beside it as the
 /// sensitivity Phi of the pose to the parameters:
 ///     Sigma' = F Sigma F^T + G P G^T,   Phi' = F Phi + G dt/da,   Sigma_total = Sigma + Phi Phi^T.
@@ -32,8 +35,6 @@ class FirstOrderCovariance final : public PoseUncertainty {
   const SystematicSensitivity& sensitivity() const { return sensitivity_; }
 
  private:
-  void addNoise(const PoseStep& step, const Eigen::Matrix3d& P);
-
   Eigen::Matrix3d noise_;
   SystematicSensitivity sensitivity_;
 };

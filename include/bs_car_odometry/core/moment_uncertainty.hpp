@@ -6,16 +6,16 @@
 
 namespace bs_car_odometry {
 
-/// Exact moments of the pose under the noise of the readings (docs/model.md, S4'), with the constant errors of
-/// the parameters by a rule over p(A) (S5) or by their sensitivity Phi. What is published is the second moment
-/// of the dead-reckoned pose's error, whose mean is not zero; about that mean it would be smaller.
+/// Exact moments of the pose under the noise of the readings (docs/model.md, S4'), with the constant errors
+/// of the parameters by a rule over p(A) (S5) or by their sensitivity Phi. What is published is the second
+/// moment of the dead-reckoned pose's error, whose mean is not zero; about that mean it would be smaller.
 class ExactMoments final : public PoseUncertainty {
  public:
   ExactMoments(const SystematicPrior& prior, SystematicRule rule);
 
   void reset(const Pose2& pose, const Eigen::Matrix3d& covariance) override;
   void advance(const UncertainStep& step) override;
-  void inflate(const Eigen::Matrix3d& covariance) override { noise_.add(covariance); }
+  void inflate(const Eigen::Matrix3d& covariance) override;
   void setSystematic(const SystematicPrior& prior) override;
   void getTotal(Eigen::Matrix3d& total) const override;
 

@@ -15,72 +15,105 @@ namespace bs_car_odometry {
 /// deterministic rule drives one car for each of its nodes a_k. It gets every moment of a up to the fifth
 /// degree right, and those of each component alone up to the ninth. The heading of a node is linear in a, so
 /// only positions are carried. Nodes move once in a few decimetres; in between, and for what is linear, the
-/// sensitivity Phi serves.
+/// sensitivity Phi serves. Plane vectors are complex numbers, in odom.
 class SystematicNodes {
  public:
   explicit SystematicNodes(const SystematicPrior& prior);
 
-  /// Begins again: every node at the dead-reckoned pose.
-  void reset();
+  /// Begins again: every node at the dead-reckoned pose, which has this covariance.
+  void reset(const Eigen::Matrix3d& covariance);
 
-  /// @param motion    t of the step [m, m, rad]
-  /// @param J_motion  dt/da
-  void advance(const PoseStep& step, const BodyMotion& motion, const SystematicSensitivity& J_motion);
+  void advance(const PoseStep& step, const BodyIncrement& increment, const SystematicSensitivity& J_motion);
+
+  /// Adds an independent error of the pose.
+  void inflate(const Eigen::Matrix3d& covariance);
 
   /// E[(x, y, yaw) a^T].
   const SystematicSensitivity& sensitivity() const { return sensitivity_; }
 
-  /// Covariance of the position due to the parameters, beyond that of sensitivity() [m^2].
-  Eigen::Matrix2d curvature() const;
+  /// Covariance of (x, y, yaw) due to the parameters, beyond that of sensitivity() and of the noise on the
+  /// dead-reckoned path. May have negative eigenvalues.
+  Eigen::Matrix3d beyondLinear() const;
 
-  /// Mean of the position from the dead-reckoned one, in odom [m].
-  std::complex<double> lag() const { return mean_ + (turn_mean_ - 1.0) * displacement_; }
+  /// Mean of the position from the dead-reckoned one [m].
+  std::complex<double> lag() const { return moments_.mean + (moments_.turn_mean - 1.0) * displacement_; }
 
  private:
   using Complex = std::complex<double>;
-  struct Sums;
 
-  static constexpr std::size_t kPairs = systematic::kCount * (systematic::kCount - 1) / 2;
-
-  /// The nodes of one component alone: plus and minus each place.
-  struct Axis {
-    Eigen::Index component{0};       ///< of a
-    std::array<double, 3> place{};   ///< that of the pairs, and two of a Gauss rule
-    std::array<double, 3> weight{};  ///< of each of the two nodes there
-    std::array<Complex, 3> turn;     ///< e^{i delta} of the plus node
-    std::array<Complex, 3> plus;     ///< positions, see below
-    std::array<Complex, 3> minus;
-    Complex w;  ///< of the segment that is being moved
+  /// Covariance of the noise on one node's path, to first order; that of the heading is common to all.
+  struct NodeNoise {
+    double norm{0.0};  ///< E|n|^2
+    Complex square;    ///< E[n^2]
+    Complex heading;   ///< E[n nu]
   };
 
-  void addAxis(Eigen::Index component, const Distribution& shape);
-  void moveNodes();
-  void moveAxis(Axis& axis);
-  void movePairs();
-  Sums weightedSums() const;
-  void setMoments(const Sums& sums);
-  void beginSegment();
+  struct Node {
+    Complex position;  ///< from the dead-reckoned one; that of a = 0 stays there
+    NodeNoise noise;
+  };
 
-  // Positions of the nodes are counted from the dead-reckoned one, in odom [m]; that of a = 0 stays there.
+  /// Two nodes that lie opposite to each other: one component of a, or two, at plus and minus their places.
+  struct Opposites {
+    double weight{0.0};  ///< of each of the two
+    std::size_t axis{0};
+    std::size_t place{0};        ///< which of the axis' places
+    std::size_t second_axis{0};  ///< at its first place,
+    double second_sign{0.0};     ///< and on this side; 0: there is none
+    Node plus;
+    Node minus;
+  };
+
+  /// One component of a.
+  struct Axis {
+    Eigen::Index component{0};
+    std::array<double, 3> place{};  ///< that of the pairs, and two of a Gauss rule
+    std::array<Complex, 3> turn;    ///< e^{i delta} there, delta = phi a being the error of the heading
+    Complex w;                      ///< dd/da of the segment that is being moved
+  };
+
+  /// Weighted sums over the nodes.
+  struct Moments {
+    Complex mean;                                      ///< E[dz]
+    double norm{0.0};                                  ///< E|dz|^2
+    Complex square;                                    ///< E[dz^2]
+    Complex backward;                                  ///< E[dz e^{-i delta}]
+    Complex forward;                                   ///< E[dz e^{+i delta}]
+    double turn_mean{1.0};                             ///< E[e^{i delta}]
+    double turn_square{1.0};                           ///< E[e^{2 i delta}]
+    NodeNoise noise;                                   ///< less that of the dead-reckoned path
+    std::array<Complex, systematic::kCount> with_a{};  ///< E[dz a_j]
+
+    void add(const Opposites& nodes, Complex turn, const NodeNoise& nominal);
+  };
+
+  static constexpr std::size_t kMostOpposites = systematic::kCount * (systematic::kCount + 2);
+
+  void addAxis(Eigen::Index component, const Distribution& shape);
+  void addPairs(std::size_t axis);
+  void moveNodes();
+  void move(Opposites& nodes);
+  void move(Node& node, Complex displacement, Complex turn) const;
+  void move(NodeNoise& noise, Complex displacement, Complex turn) const;
+  void setMoments();
+  void beginSegment();
+  Complex turnOf(const Opposites& nodes) const;
+
   std::array<Axis, systematic::kCount> axes_;
-  std::size_t dimensions_{0};                              ///< components of a that the rule is over
-  std::array<std::array<Complex, 4>, kPairs> pair_nodes_;  ///< +-e_j +-e_l
+  std::size_t dimensions_{0};
+  std::array<Opposites, kMostOpposites> nodes_;
+  std::size_t count_{0};  ///< of those in use
 
   SystematicSensitivity sensitivity_;
-
-  // Moments when the nodes last moved, of their positions dz and the errors delta = phi a of their headings:
-  Complex mean_;             ///< E[dz]
-  double norm_{0.0};         ///< E|dz|^2
-  Complex square_;           ///< E[dz^2]
-  Complex backward_;         ///< E[dz e^{-i delta}]
-  Complex forward_;          ///< E[dz e^{+i delta}]
-  double turn_mean_{1.0};    ///< E[e^{i delta}]
-  double turn_square_{1.0};  ///< E[e^{2 i delta}]
+  Moments moments_;            ///< when the nodes last moved, as is:
+  NodeNoise nominal_;          ///< of the dead-reckoned path
+  double noise_heading_{0.0};  ///< variance of the heading by noise [rad^2]
 
   // Since the nodes were last moved:
-  Complex displacement_;  ///< of the dead-reckoned position, in odom [m]
-  double length_{0.0};    ///< of the path [m]
-  double turn_{0.0};      ///< sum of the heading increments' sizes [rad]
+  Complex displacement_;           ///< d, of the dead-reckoned position
+  double length_{0.0};             ///< of the path [m]
+  double turn_{0.0};               ///< sum of the heading increments' sizes [rad]
+  Eigen::Matrix3d segment_noise_;  ///< covariance of (x, y, yaw)
   SystematicSensitivity begin_sensitivity_;
 };
 

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <Eigen/Core>
+
+namespace bs_car_odometry {
+
+/// True for a symmetric matrix whose eigenvalues are above zero, by its leading minors.
+inline bool isPositiveDefinite(const Eigen::Matrix3d& m) {
+  const double xx = m(0, 0);
+  const double minor = xx * m(1, 1) - m(0, 1) * m(0, 1);
+  const double determinant = minor * m(2, 2) - xx * m(1, 2) * m(1, 2) - m(1, 1) * m(0, 2) * m(0, 2) +
+                             2.0 * m(0, 1) * m(0, 2) * m(1, 2);
+  return xx > 0.0 && minor > 0.0 && determinant > 0.0;
+}
+
+/// The nearest covariance: symmetric, with eigenvalues below zero put to zero.
+Eigen::Matrix3d withoutNegativeVariances(const Eigen::Matrix3d& covariance);
+
+}  // namespace bs_car_odometry
