@@ -11,7 +11,7 @@ ExactMoments::ExactMoments(const SystematicPrior& prior, SystematicRule rule) : 
 void ExactMoments::reset(const Pose2& pose, const Eigen::Matrix3d& covariance) {
   noise_.reset(pose, covariance);
   dead_reckoned_ = pose;
-  nodes_.reset(covariance);
+  nodes_.reset();
   sensitivity_.setZero();
 }
 
@@ -19,15 +19,10 @@ void ExactMoments::advance(const UncertainStep& step) {
   noise_.advance(GaussianStep::ofBody(step.increment.motion, step.increment.path_covariance));
   dead_reckoned_ = step.moved.pose;
   if (rule_ == SystematicRule::kDegreeFive) {
-    nodes_.advance(step.moved, step.increment, step.J_motion);
+    nodes_.advance(step.moved, step.increment.motion, step.J_motion);
   } else {
     advanceSensitivity(step.moved, step.J_motion, sensitivity_);
   }
-}
-
-void ExactMoments::inflate(const Eigen::Matrix3d& covariance) {
-  noise_.add(covariance);
-  nodes_.inflate(covariance);
 }
 
 void ExactMoments::setSystematic(const SystematicPrior& prior) {
@@ -35,16 +30,20 @@ void ExactMoments::setSystematic(const SystematicPrior& prior) {
   getTotal(covariance);
   noise_.reset(dead_reckoned_, covariance);
   nodes_ = SystematicNodes(prior);
-  nodes_.reset(covariance);
   sensitivity_.setZero();
 }
 
-/// From the dead-reckoned position to the expected one: what the noise and what the parameters make of it add
-/// up, since each is small against the path.
-Eigen::Vector2d ExactMoments::lag() const {
+/// From the dead-reckoned position to the expected one as the noise has it.
+Eigen::Vector2d ExactMoments::noiseLag() const {
   const Pose2 mean = noise_.mean();
-  const std::complex<double> nodes = rule_ == SystematicRule::kDegreeFive ? nodes_.lag() : 0.0;
-  return {mean.x - dead_reckoned_.x + nodes.real(), mean.y - dead_reckoned_.y + nodes.imag()};
+  return {mean.x - dead_reckoned_.x, mean.y - dead_reckoned_.y};
+}
+
+/// What the noise and what the parameters make of it add up, since each is small against the path.
+Eigen::Vector2d ExactMoments::lag() const {
+  if (rule_ == SystematicRule::kSensitivity) return noiseLag();
+  const std::complex<double> nodes = nodes_.lag();
+  return noiseLag() + Eigen::Vector2d(nodes.real(), nodes.imag());
 }
 
 Pose2 ExactMoments::expectedPose() const {
@@ -53,19 +52,27 @@ Pose2 ExactMoments::expectedPose() const {
 }
 
 Eigen::Matrix3d ExactMoments::central() const {
-  Eigen::Matrix3d total;
-  if (rule_ == SystematicRule::kSensitivity) {
-    setTotal(noise_.covariance(), sensitivity_, 1.0, total);
-    return total;
-  }
-  setTotal(noise_.covariance() + nodes_.beyondLinear(), nodes_.sensitivity(), 1.0, total);
-  return isPositiveDefinite(total) ? total : withoutNegativeVariances(total);
+  Eigen::Matrix3d central = total();
+  const Eigen::Vector2d offset = lag();
+  central.topLeftCorner<2, 2>() -= offset * offset.transpose();
+  return central;
 }
 
+/// Weights below zero may leave a negative variance far outside the reach of the rule: then the nearest
+/// covariance is published.
 void ExactMoments::getTotal(Eigen::Matrix3d& total) const {
-  const Eigen::Vector2d offset = lag();
-  total = central();
+  total = noise_.covariance();
+  Eigen::Vector2d offset = noiseLag();
+  if (rule_ == SystematicRule::kSensitivity) {
+    setTotal(noise_.covariance(), sensitivity_, 1.0, total);
+  } else {
+    const std::complex<double> nodes = nodes_.lag();
+    const Eigen::Vector2d other(nodes.real(), nodes.imag());
+    total += nodes_.secondMoment();
+    total.topLeftCorner<2, 2>() += offset * other.transpose() + other * offset.transpose();
+  }
   total.topLeftCorner<2, 2>() += offset * offset.transpose();
+  if (!isPositiveDefinite(total)) total = withoutNegativeVariances(total);
 }
 
 void ClosedForm::reset(const Pose2& pose, const Eigen::Matrix3d& covariance) {

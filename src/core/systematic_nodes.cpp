@@ -1,7 +1,5 @@
 #include "bs_car_odometry/core/systematic_nodes.hpp"
 
-#include "bs_car_odometry/core/first_order_covariance.hpp"
-
 #include <algorithm>
 #include <cmath>
 
@@ -51,7 +49,7 @@ SystematicNodes::SystematicNodes(const SystematicPrior& prior) {
   for (std::size_t j = 0; j < prior.active.size(); ++j)
     if (prior.active[j]) addAxis(static_cast<Eigen::Index>(j), withLightTails(prior.shape[j]));
   for (std::size_t j = 0; j < dimensions_; ++j) addPairs(j);
-  reset(Eigen::Matrix3d::Zero());
+  reset();
 }
 
 void SystematicNodes::addAxis(Eigen::Index component, const Distribution& shape) {
@@ -88,45 +86,26 @@ void SystematicNodes::addPairs(std::size_t axis) {
   nodes.axis = axis;
 }
 
-void SystematicNodes::reset(const Eigen::Matrix3d& covariance) {
+void SystematicNodes::reset() {
   sensitivity_.setZero();
   for (Axis& axis : axes_) axis.turn.fill(1.0);
-  nominal_ = NodeNoise();
-  for (Opposites& nodes : nodes_) nodes.plus = nodes.minus = Node();
-  noise_heading_ = 0.0;
-  beginSegment();
-  inflate(covariance);
+  for (Opposites& nodes : nodes_) nodes.plus = nodes.minus = 0.0;
   setMoments();
-}
-
-void SystematicNodes::inflate(const Eigen::Matrix3d& covariance) {
-  const auto add = [&covariance](NodeNoise& noise) {
-    noise.norm += covariance(0, 0) + covariance(1, 1);
-    noise.square += Complex(covariance(0, 0) - covariance(1, 1), 2.0 * covariance(0, 1));
-    noise.heading += Complex(covariance(0, 2), covariance(1, 2));
-  };
-  add(nominal_);
-  for (std::size_t k = 0; k < count_; ++k) {
-    add(nodes_[k].plus.noise);
-    add(nodes_[k].minus.noise);
-  }
-  noise_heading_ += covariance(2, 2);
+  beginSegment();
 }
 
 void SystematicNodes::beginSegment() {
   begin_sensitivity_ = sensitivity_;
-  segment_noise_.setZero();
   displacement_ = 0.0;
   length_ = turn_ = 0.0;
 }
 
-void SystematicNodes::advance(const PoseStep& step, const BodyIncrement& increment,
+void SystematicNodes::advance(const PoseStep& step, const BodyMotion& motion,
                               const SystematicSensitivity& J_motion) {
   advanceSensitivity(step, J_motion, sensitivity_);
-  advanceNoise(step, increment.path_covariance, segment_noise_);
   displacement_ += Complex(step.dx, step.dy);
-  length_ += std::abs(increment.motion.x()) + std::abs(increment.motion.y());
-  turn_ += std::abs(increment.motion.z());
+  length_ += std::abs(motion.x()) + std::abs(motion.y());
+  turn_ += std::abs(motion.z());
   if (length_ > kSegmentLength || turn_ > kSegmentTurn) moveNodes();
 }
 
@@ -138,16 +117,30 @@ SystematicNodes::Complex SystematicNodes::turnOf(const Opposites& nodes) const {
   return turn * (nodes.second_sign > 0.0 ? second : std::conj(second));
 }
 
-void SystematicNodes::moveNodes() {
-  const SystematicSensitivity change = sensitivity_ - begin_sensitivity_;
+/// w = dd/da seen from the beginning: what Phi has gained less what the heading's error there has done.
+SystematicNodes::Segment SystematicNodes::segment() const {
+  Segment segment;
+  segment.d = displacement_;
   for (std::size_t j = 0; j < dimensions_; ++j) {
-    Axis& axis = axes_[j];
-    const double heading = begin_sensitivity_(2, axis.component);
-    axis.w = Complex(change(0, axis.component), change(1, axis.component)) - kI * heading * displacement_;
+    const Eigen::Index k = axes_[j].component;
+    segment.phi[j] = begin_sensitivity_(2, k);
+    segment.w[j] = Complex(sensitivity_(0, k) - begin_sensitivity_(0, k),
+                           sensitivity_(1, k) - begin_sensitivity_(1, k)) -
+                   kI * segment.phi[j] * displacement_;
   }
-  for (std::size_t k = 0; k < count_; ++k) move(nodes_[k]);
-  move(nominal_, displacement_, 1.0);
-  noise_heading_ += segment_noise_(2, 2);
+  return segment;
+}
+
+void SystematicNodes::moveNodes() {
+  const Segment s = segment();
+  for (std::size_t k = 0; k < count_; ++k) {
+    Opposites& nodes = nodes_[k];
+    const Complex turn = turnOf(nodes);
+    const Complex own = axes_[nodes.axis].place[nodes.place] * s.w[nodes.axis] +
+                        nodes.second_sign * axes_[nodes.second_axis].place[0] * s.w[nodes.second_axis];
+    nodes.plus += turn * (s.d + own) - s.d;
+    nodes.minus += std::conj(turn) * (s.d - own) - s.d;
+  }
   for (std::size_t j = 0; j < dimensions_; ++j)
     for (std::size_t i = 0; i < axes_[j].place.size(); ++i)
       axes_[j].turn[i] = std::polar(1.0, axes_[j].place[i] * sensitivity_(2, axes_[j].component));
@@ -155,92 +148,98 @@ void SystematicNodes::moveNodes() {
   beginSegment();
 }
 
-/// A node drives the segment turned by the error of its heading at the beginning, delta = phi a_k, and with
-/// its own parameters: e^{i delta} (d + w a_k), where w = dd/da seen from the beginning.
-void SystematicNodes::move(Opposites& nodes) {
-  const Complex turn = turnOf(nodes);
-  const Axis& axis = axes_[nodes.axis];
-  const Axis& second = axes_[nodes.second_axis];
-  const Complex own = axis.place[nodes.place] * axis.w + nodes.second_sign * second.place[0] * second.w;
-  move(nodes.plus, turn * (displacement_ + own), turn);
-  move(nodes.minus, std::conj(turn) * (displacement_ - own), std::conj(turn));
-}
-
-void SystematicNodes::move(Node& node, Complex displacement, Complex turn) const {
-  node.position += displacement - displacement_;
-  move(node.noise, displacement, turn);
-}
-
-/// (S1) in complex form: the segment carries the heading's error so far along, n += i D nu, and its own noise
-/// is turned with it.
-void SystematicNodes::move(NodeNoise& noise, Complex displacement, Complex turn) const {
-  const Eigen::Matrix3d& S = segment_noise_;
-  const Complex lever = kI * displacement;
-  noise.norm += 2.0 * (std::conj(lever) * noise.heading).real() + std::norm(displacement) * noise_heading_ +
-                S(0, 0) + S(1, 1);
-  noise.square += lever * (2.0 * noise.heading + lever * noise_heading_) +
-                  turn * turn * Complex(S(0, 0) - S(1, 1), 2.0 * S(0, 1));
-  noise.heading += lever * noise_heading_ + turn * Complex(S(0, 2), S(1, 2));
-}
-
-void SystematicNodes::Moments::add(const Opposites& nodes, Complex turn, const NodeNoise& nominal) {
+void SystematicNodes::Moments::add(const Opposites& nodes, Complex e) {
   const double weight = nodes.weight;
-  const Complex plus = nodes.plus.position;
-  const Complex minus = nodes.minus.position;
-  const Complex sum = weight * (plus + minus);
-  mean += sum;
-  norm += weight * (std::norm(plus) + std::norm(minus));
-  square += weight * (plus * plus + minus * minus);
-  backward += weight * (plus * std::conj(turn) + minus * turn);
-  forward += weight * (plus * turn + minus * std::conj(turn));
-  turn_mean += 2.0 * weight * (turn.real() - 1.0);
-  turn_square += 2.0 * weight * ((turn * turn).real() - 1.0);
-  noise.norm += weight * (nodes.plus.noise.norm + nodes.minus.noise.norm - 2.0 * nominal.norm);
-  noise.square += weight * (nodes.plus.noise.square + nodes.minus.noise.square - 2.0 * nominal.square);
-  noise.heading += weight * (nodes.plus.noise.heading + nodes.minus.noise.heading - 2.0 * nominal.heading);
+  mean += weight * (nodes.plus + nodes.minus);
+  norm += weight * (std::norm(nodes.plus) + std::norm(nodes.minus));
+  square += weight * (nodes.plus * nodes.plus + nodes.minus * nodes.minus);
+  backward += weight * (nodes.plus * std::conj(e) + nodes.minus * e);
+  forward += weight * (nodes.plus * e + nodes.minus * std::conj(e));
+  turn += 2.0 * weight * (e.real() - 1.0);
+  turn_twice += 2.0 * weight * ((e * e).real() - 1.0);
 }
 
-/// The linear part goes to the sensitivity, so that it is carried on from step to step.
+void SystematicNodes::Moments::addWithComponent(std::size_t j, double place, const Opposites& nodes,
+                                                Complex e) {
+  const double weight = nodes.weight * place;
+  with_a[j] += weight * (nodes.plus - nodes.minus);
+  backward_with_a[j] += weight * (nodes.plus * std::conj(e) - nodes.minus * e);
+  forward_with_a[j] += weight * (nodes.plus * e - nodes.minus * std::conj(e));
+  turn_with_a[j] += 2.0 * weight * e.imag();
+  turn_twice_with_a[j] += 2.0 * weight * (e * e).imag();
+}
+
 void SystematicNodes::setMoments() {
   moments_ = Moments();
   for (std::size_t k = 0; k < count_; ++k) {
     const Opposites& nodes = nodes_[k];
-    moments_.add(nodes, turnOf(nodes), nominal_);
-    const Complex difference = nodes.weight * (nodes.plus.position - nodes.minus.position);
-    moments_.with_a[nodes.axis] += axes_[nodes.axis].place[nodes.place] * difference;
-    moments_.with_a[nodes.second_axis] += nodes.second_sign * axes_[nodes.second_axis].place[0] * difference;
-  }
-  for (std::size_t j = 0; j < dimensions_; ++j) {
-    sensitivity_(0, axes_[j].component) = moments_.with_a[j].real();
-    sensitivity_(1, axes_[j].component) = moments_.with_a[j].imag();
+    const Complex turn = turnOf(nodes);
+    moments_.add(nodes, turn);
+    moments_.addWithComponent(nodes.axis, axes_[nodes.axis].place[nodes.place], nodes, turn);
+    if (nodes.second_sign != 0.0)
+      moments_.addWithComponent(nodes.second_axis, nodes.second_sign * axes_[nodes.second_axis].place[0],
+                                nodes, turn);
   }
 }
 
-/// Since the nodes were last moved they have gone on by e^{i delta} (d + w a) - d. Of the moments of that,
-/// those of e^{i delta} d are taken as they are, and w a counts in the sensitivity alone. What the errors of
-/// the heading do to the noise is known to first order in the noise and fades where that order ends.
-Eigen::Matrix3d SystematicNodes::beyondLinear() const {
+// Since the nodes were last moved, dz' = dz + e^{i delta} (d + w a) - d. Moments of e^{i delta} with two
+// components of a, which only meet the small w twice or the heading, are those of a Gaussian.
+
+SystematicNodes::Complex SystematicNodes::lag(const Segment& s) const {
+  Complex sum = moments_.mean + (moments_.turn - 1.0) * s.d;
+  for (std::size_t j = 0; j < dimensions_; ++j) sum += kI * moments_.turn_with_a[j] * s.w[j];
+  return sum;
+}
+
+double SystematicNodes::norm(const Segment& s) const {
   const Moments& m = moments_;
-  const Complex d = displacement_;
-  const Complex mean = lag();
-  const double fade = std::exp(-2.0 * noise_heading_);
-  double norm = m.norm + 2.0 * (std::conj(d) * (m.backward - m.mean)).real() +
-                2.0 * (1.0 - m.turn_mean) * std::norm(d) - std::norm(mean) + fade * m.noise.norm;
-  Complex square = m.square + 2.0 * d * (m.forward - m.mean) +
-                   (m.turn_square - 2.0 * m.turn_mean + 1.0) * d * d - mean * mean + fade * m.noise.square;
+  const Complex d = std::conj(s.d);
+  double sum = m.norm + 2.0 * (d * (m.backward - m.mean)).real() + 2.0 * (1.0 - m.turn) * std::norm(s.d);
+  for (std::size_t j = 0; j < dimensions_; ++j)
+    sum += 2.0 * (std::conj(s.w[j]) * m.backward_with_a[j] - d * kI * m.turn_with_a[j] * s.w[j]).real() +
+           std::norm(s.w[j]);
+  return sum;
+}
+
+SystematicNodes::Complex SystematicNodes::square(const Segment& s) const {
+  const Moments& m = moments_;
+  const Complex d = s.d;
+  Complex sum = m.square + 2.0 * d * (m.forward - m.mean) + (m.turn_twice - 2.0 * m.turn + 1.0) * d * d;
+  Complex along_heading;  // w phi
   for (std::size_t j = 0; j < dimensions_; ++j) {
-    const Eigen::Index k = axes_[j].component;
-    const Complex linear =
-        Complex(begin_sensitivity_(0, k), begin_sensitivity_(1, k)) + kI * begin_sensitivity_(2, k) * d;
-    norm -= std::norm(linear);
-    square -= linear * linear;
+    sum += 2.0 * s.w[j] * (m.forward_with_a[j] + kI * d * (m.turn_twice_with_a[j] - m.turn_with_a[j])) +
+           m.turn_twice * s.w[j] * s.w[j];
+    along_heading += s.phi[j] * s.w[j];
   }
-  const Complex heading = fade * m.noise.heading;
-  Eigen::Matrix3d covariance;
-  covariance << 0.5 * (norm + square.real()), 0.5 * square.imag(), heading.real(),  //
-      0.5 * square.imag(), 0.5 * (norm - square.real()), heading.imag(),            //
-      heading.real(), heading.imag(), 0.0;
-  return covariance;
+  return sum - 4.0 * m.turn_twice * along_heading * along_heading;
+}
+
+/// E[dz' delta'], delta' with the heading's sensitivity of now.
+SystematicNodes::Complex SystematicNodes::withHeading(const Segment& s) const {
+  Complex sum;
+  Complex along_heading;
+  double phi_squared = 0.0;
+  for (std::size_t j = 0; j < dimensions_; ++j) {
+    const double phi = sensitivity_(2, axes_[j].component);
+    sum += phi * (moments_.with_a[j] + kI * moments_.turn_with_a[j] * s.d + moments_.turn * s.w[j]);
+    along_heading += s.phi[j] * s.w[j];
+    phi_squared += s.phi[j] * phi;
+  }
+  return sum - moments_.turn * phi_squared * along_heading;
+}
+
+std::complex<double> SystematicNodes::lag() const { return lag(segment()); }
+
+Eigen::Matrix3d SystematicNodes::secondMoment() const {
+  const Segment s = segment();
+  const double trace = norm(s);
+  const Complex difference = square(s);
+  const Complex heading = withHeading(s);
+  Eigen::Matrix3d moment;
+  moment << 0.5 * (trace + difference.real()), 0.5 * difference.imag(), heading.real(),  //
+      0.5 * difference.imag(), 0.5 * (trace - difference.real()), heading.imag(),        //
+      heading.real(), heading.imag(), sensitivity_.row(2).squaredNorm();
+  return moment;
 }
 
 }  // namespace bs_car_odometry

@@ -15,7 +15,7 @@ class ExactMoments final : public PoseUncertainty {
 
   void reset(const Pose2& pose, const Eigen::Matrix3d& covariance) override;
   void advance(const UncertainStep& step) override;
-  void inflate(const Eigen::Matrix3d& covariance) override;
+  void inflate(const Eigen::Matrix3d& covariance) override { noise_.add(covariance); }
   void setSystematic(const SystematicPrior& prior) override;
   void getTotal(Eigen::Matrix3d& total) const override;
 
@@ -26,6 +26,7 @@ class ExactMoments final : public PoseUncertainty {
   const PoseMoments& noise() const { return noise_; }
 
  private:
+  Eigen::Vector2d noiseLag() const;
   Eigen::Vector2d lag() const;
 
   PoseMoments noise_;
