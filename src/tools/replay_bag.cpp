@@ -1,3 +1,4 @@
+#include "layered_config.hpp"
 #include "replay.hpp"
 #include "tool.hpp"
 
@@ -15,7 +16,8 @@ void run(int argc, char** argv) {
   po::options_description options("Options");
   auto add = options.add_options();
   add("input", po::value<std::string>()->required(), "bag to read");
-  add("config", po::value<std::string>()->required(), "the vehicle's YAML file");
+  add("config", po::value<std::vector<std::string>>()->required()->composing(),
+      "the vehicle's YAML file; further ones go on top");
   add("calibration", po::value<std::string>(), "calibration file, loaded on top of the vehicle's");
   add("output", po::value<std::string>(), "bag to write: odom, odometry_status, /tf");
   add("tum", po::value<std::string>(), "trajectory to write: t x y z qx qy qz qw per line");
@@ -34,7 +36,8 @@ void run(int argc, char** argv) {
   const tools::ReplayFiles files{arguments["input"].as<std::string>(), optional("output"), optional("tum")};
   if (files.output.empty() && files.tum.empty())
     throw tools::InputError("nothing to write: give --output or --tum");
-  tools::replay(tools::loadVehicle(arguments["config"].as<std::string>(), settings), topics, files);
+  tools::replay(tools::loadLayered(arguments["config"].as<std::vector<std::string>>(), settings), topics,
+                files);
 }
 
 }  // namespace
