@@ -43,8 +43,9 @@ class Experiment:
     """Standard deviations along the drive, for one level of noise."""
 
     distance: np.ndarray   # driven [m], n
-    sigmas: dict           # method -> standard deviations of x [m], y [m], yaw [rad], n x 3
-    simulated: np.ndarray  # the same of the simulated robots
+    sigmas: dict           # method -> published standard deviations of x [m], y [m], yaw [rad], n x 3
+    errors: np.ndarray     # of the simulated robots, from where their readings put them: root mean square, n x 3
+    spread: np.ndarray     # of the simulated robots about their own mean: standard deviations, n x 3
     clouds: dict           # instant -> positions of simulated robots, runs x 2
     covariances: dict      # instant -> covariance by exact_moments
 
@@ -60,9 +61,9 @@ class Robots:
         self._random = np.random.RandomState(SEED)  # its draws are the same in every version of numpy
 
     def drive(self, keep):
-        """Standard deviations after every message, n x 3, and the positions after the messages in `keep`."""
+        """Means and standard deviations after every message, n x 3, and the positions after those in `keep`."""
         x, y, yaw = self._poses
-        sigmas, clouds = [np.zeros(3)], {}
+        means, sigmas, clouds = [np.zeros(3)], [np.zeros(3)], {}
         for number, travel in enumerate(self._travels, start=1):
             draws = self._random.standard_normal((2, yaw.size))
             right, left = travel[:, None] + draws * (self._noise * np.sqrt(np.abs(travel)))[:, None]
@@ -70,10 +71,11 @@ class Robots:
             x += 0.5 * (right + left) * np.cos(yaw + 0.5 * turn)
             y += 0.5 * (right + left) * np.sin(yaw + 0.5 * turn)
             yaw += turn
-            sigmas.append(self._poses.std(axis=1, ddof=1))
+            means.append(self._poses.mean(axis=1))
+            sigmas.append(self._poses.std(axis=1))
             if number in keep:
                 clouds[number] = self._poses[:2].T.copy()
-        return np.array(sigmas), clouds
+        return np.array(means), np.array(sigmas), clouds
 
 
 def instants(truth):
@@ -100,9 +102,10 @@ def measure(tools, runs):
         paths = {method.name: tools.replay(bag, CONFIG, {"odometry/uncertainty": method.name, "noise/wheel": noise})
                  for method in METHODS}
         sigmas = {key: np.sqrt(np.diagonal(path.covariances, axis1=1, axis2=2)) for key, path in paths.items()}
-        simulated, clouds = Robots(ticks, noise, runs).drive(keep)
+        means, spread, clouds = Robots(ticks, noise, runs).drive(keep)
+        errors = np.hypot(spread, means - paths["first_order"].poses)
         covariances = {index: paths["exact_moments"].covariances[index] for index in keep}
-        experiments[name] = Experiment(driven_distance(truth), sigmas, simulated, clouds, covariances)
+        experiments[name] = Experiment(driven_distance(truth), sigmas, errors, spread, clouds, covariances)
     # Gains drawn from a p(A) of no width: those of the file, so that noise is the only error.
     noisy = tools.simulate("one_drive", "rectangle", CONFIG, "--rate", "20", "--seed", str(SEED), "--draw-gains")
     return truth, experiments, (package.truth_of(noisy), tools.replay(noisy, CONFIG, {}))
@@ -119,13 +122,18 @@ def mark_legs(axes):
     axes.set_xlim(0.0, ends[-1])
 
 
+def draw_simulation(axes, experiment, index):
+    """The judge."""
+    axes.plot(experiment.distance, experiment.errors[:, index], color=results.GREY, linewidth=5, alpha=0.6,
+              label="simulated robots")
+
+
 def draw_methods(experiments, path):
     """Standard deviations of x and y along the drive: a row for each coordinate, a column for each noise."""
     figure, grid = plt.subplots(2, len(experiments), figsize=(9, 6.4), sharex=True)
     for column, (noise, experiment) in zip(grid.T, experiments.items()):
         for axes, coordinate, index in zip(column, "xy", (0, 1)):
-            axes.plot(experiment.distance, experiment.simulated[:, index], color=results.GREY, linewidth=5, alpha=0.6,
-                      label="simulated robots")
+            draw_simulation(axes, experiment, index)
             for method in METHODS:
                 axes.plot(experiment.distance, experiment.sigmas[method.name][:, index], linewidth=1.5,
                           label=method.label, **method.style)
@@ -148,8 +156,7 @@ def draw_figures_4_to_7(experiment, path):
     names = {"paper2_simplified": "the paper's method", "first_order": "Kalman filter"}
     methods = {method.name: method for method in METHODS}
     for axes, (number, name, index) in zip(grid.flat, panels):
-        axes.plot(experiment.distance, experiment.simulated[:, index], color=results.GREY, linewidth=5, alpha=0.6,
-                  label="simulated robots")
+        draw_simulation(axes, experiment, index)
         axes.plot(experiment.distance, experiment.sigmas[name][:, index], linewidth=1.8,
                   **{**methods[name].style, "linestyle": "-"}, label=methods[name].label)
         mark_legs(axes)
@@ -209,7 +216,9 @@ def table_of_ends(experiments):
     fine = next(iter(experiments.values()))
     columns = [(method.label, lambda e, name=method.name: e.sigmas[name]) for method in METHODS]
     rows = []
-    for label, sigmas in [("simulated robots", lambda e: e.simulated)] + columns:
+    judges = [("simulated robots, error of the dead-reckoned pose", lambda e: e.errors),
+              ("simulated robots, about their mean", lambda e: e.spread)]
+    for label, sigmas in judges + columns:
         ends = [f"{sigmas(e)[-1, 0]:.3f}, {sigmas(e)[-1, 1]:.3f}" for e in experiments.values()]
         falls = [f"{100.0 * largest_fall(sigmas(fine)[:, index] ** 2):.0f} %" for index in (0, 1)]
         rows.append([label] + ends + [", ".join(falls)])
@@ -224,10 +233,10 @@ def largest_fall(variances):
 
 def table_of_instants(truth, experiment):
     """Standard deviations on the return legs."""
-    head = ["", "driven [m]", "simulated robots: sigma x, y [m]", "exact moments", "first order", "paper 2, simplified"]
+    head = ["", "driven [m]", "simulated robots: x, y [m]", "exact moments", "first order", "paper 2, simplified"]
     rows = []
     for (name, _, _), index in zip(INSTANTS, instants(truth)):
-        columns = [experiment.simulated] + [experiment.sigmas[key]
+        columns = [experiment.errors] + [experiment.sigmas[key]
                                             for key in ("exact_moments", "first_order", "paper2_simplified")]
         rows.append([name, f"{experiment.distance[index]:.2f}"]
                     + [f"{values[index, 0]:.3f}, {values[index, 1]:.3f}" for values in columns])
@@ -236,8 +245,9 @@ def table_of_instants(truth, experiment):
 
 def write_sigmas(experiment, path):
     """Standard deviations along the drive, every 16th message."""
+    sigmas_of = {"simulated": experiment.errors, "simulated_spread": experiment.spread, **experiment.sigmas}
     columns = {"distance": experiment.distance[::16]}
-    for name, sigmas in [("simulated", experiment.simulated)] + list(experiment.sigmas.items()):
+    for name, sigmas in sigmas_of.items():
         for coordinate, values in zip(("x", "y", "yaw"), sigmas.T):
             columns[f"{name}_{coordinate}"] = values[::16]
     results.write_csv(path, columns)
