@@ -21,7 +21,8 @@ class Package:
     def simulate(self, name, scenario, config, *options):
         """A simulated drive; returns its bag."""
         bag = self._folder / f"{name}.bag"
-        self._run("simulate", "--scenario", scenario, "--config", config, "--laser-rate", "0", "--output", bag, *options)
+        self._run("simulate", "--scenario", scenario, "--config", config, "--laser-rate", "0", "--output", bag,
+                  *options)
         return bag
 
     def replay(self, bag, config, settings):
