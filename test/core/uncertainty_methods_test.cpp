@@ -1,5 +1,6 @@
 // The methods that propagate uncertainty, against the reference values of docs/model.md, section 9, and
 // against each other.
+#include "paper2_rectangle.hpp"
 #include "raw_moments.hpp"
 #include "support/matchers.hpp"
 #include "vehicles.hpp"
@@ -21,14 +22,6 @@ constexpr double kTolerance = 1e-9;
 
 // --- T11, T12: one step of P2's robot
 // -----------------------------------------------------------------------
-
-/// Covariance of (D, eta) of a differential robot, as P of a body motion (D, 0, eta).
-Eigen::Matrix3d differentialNoise(double sigma_right, double sigma_left, double track) {
-  Eigen::Matrix<double, 3, 2> J;
-  J << 0.5, 0.5, 0.0, 0.0, 1.0 / track, -1.0 / track;
-  const Eigen::Vector2d variances(sigma_right * sigma_right, sigma_left * sigma_left);
-  return J * variances.asDiagonal() * J.transpose();
-}
 
 /// P2's Euler step: along the heading before it.
 PoseStep eulerStep(double heading, double travel) {
@@ -87,68 +80,19 @@ TEST(Paper2, T12ByTheRawForm) {
 // --- T13: P2's rectangle
 // ------------------------------------------------------------------------------------
 
-struct WheelTravels {
-  double right;
-  double left;
-};
-
-/// 10 m x 4.5 m, 0.01 m a step, turns of 90 degrees on the spot after every leg.
-std::vector<WheelTravels> rectangle() {
-  std::vector<WheelTravels> steps;
-  const double turn = 0.4 * (0.5 * M_PI) / 126.0;
-  for (const int leg : {1000, 450, 1000, 450}) {
-    steps.insert(steps.end(), static_cast<std::size_t>(leg), {0.01, 0.01});
-    steps.insert(steps.end(), 63, {turn, -turn});
-  }
-  return steps;
-}
-
 struct RowOfT13 {
   std::size_t step;
   double var_x, var_y, cov_xy, var_yaw;
 };
 
-/// The body motion of a step (M-1), for which T13 is stated: a chord of dS and not an arc, with 1 mm of noise
-/// a wheel.
-BodyIncrement chordOf(const WheelTravels& wheels) {
-  BodyIncrement increment;
-  const double turn = (wheels.right - wheels.left) / 0.4;
-  const double per_chord = 1.0 / sinc(0.5 * turn);
-  increment.motion << 0.5 * (wheels.right + wheels.left) * per_chord, 0.0, turn;
-  const Eigen::Vector3d scale(per_chord, 1.0, 1.0);  // on the spot dS = 0, so that eta changes nothing else
-  increment.path_covariance = scale.asDiagonal() * differentialNoise(1e-3, 1e-3, 0.4) * scale.asDiagonal();
-  return increment;
-}
-
-/// The reference values are covariances about the mean; exact moments publish those about the dead-reckoned
-/// pose.
-Eigen::Matrix3d aboutTheMean(const PoseUncertainty& method) {
-  const auto* exact = dynamic_cast<const ExactMoments*>(&method);
-  return exact != nullptr ? exact->central() : method.total();
-}
-
-/// Drives the rectangle; `check` sees the covariance after every step.
-template <typename Check>
-void driveRectangle(PoseUncertainty& method, const Check& check) {
-  const OdometryModel model = WheelFit(cycab(), NoiseModel());
-  Pose2 pose;
-  method.reset(pose, Eigen::Matrix3d::Zero());
-  std::size_t count = 0;
-  for (const WheelTravels& wheels : rectangle()) {
-    const BodyIncrement increment = chordOf(wheels);
-    const PoseStep moved = advance(pose, increment.motion);
-    method.advance({moved, increment, SystematicSensitivity::Zero(), {}, model});
-    pose = moved.pose;
-    check(++count, aboutTheMean(method));
-  }
-}
+constexpr double kSigmaOfT13 = 1e-3;  // m, each wheel and step
 
 /// Sums over 3152 steps of values that have twelve digits.
 constexpr double kSumTolerance = 1e-8;
 
 void expectRows(PoseUncertainty& method, const std::vector<RowOfT13>& rows) {
   std::size_t checked = 0;
-  driveRectangle(method, [&](std::size_t step, const Eigen::Matrix3d& covariance) {
+  driveRectangle(method, kSigmaOfT13, [&](std::size_t step, const Eigen::Matrix3d& covariance) {
     for (const RowOfT13& row : rows) {
       if (row.step != step) continue;
       SCOPED_TRACE("after step " + std::to_string(step));
@@ -188,7 +132,7 @@ TEST(Paper2Rectangle, T13ExactMoments) {
 
 TEST(Paper2Rectangle, T13ClosedFormWithCrossTerms) {
   ClosedForm method;
-  driveRectangle(method, [](std::size_t step, const Eigen::Matrix3d& covariance) {
+  driveRectangle(method, kSigmaOfT13, [](std::size_t step, const Eigen::Matrix3d& covariance) {
     if (step != 3152) return;
     EXPECT_TRUE(relativelyNear(covariance(0, 0), 0.349025173929, kSumTolerance));
     EXPECT_TRUE(relativelyNear(covariance(1, 1), 1.51012510657, kSumTolerance));
@@ -203,7 +147,7 @@ TEST(Paper2Rectangle, T13Simplified) {
                                       {2576, 0.001031640625, 0.000257125, 0, 0},
                                       {2864, 0.0010474609375, 0.000385375, 0, 0},
                                       {3152, 0.00106328125, 0.000513625, 0, 0}};
-  driveRectangle(method, [&](std::size_t step, const Eigen::Matrix3d& covariance) {
+  driveRectangle(method, kSigmaOfT13, [&](std::size_t step, const Eigen::Matrix3d& covariance) {
     for (const RowOfT13& row : rows) {
       if (row.step != step) continue;
       EXPECT_TRUE(relativelyNear(covariance(0, 0), row.var_x, kSumTolerance));

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""The package's files are in order: catkin_lint without findings, every source file formatted."""
+"""The package's files are in order: catkin_lint without findings, every source file formatted, every erratum
+of the papers tested."""
 
 import pathlib
 import re
@@ -41,6 +42,15 @@ class Style(unittest.TestCase):
         sources = [str(path) for folder in ("include", "src", "test") for path in (ROOT / folder).rglob("*.[ch]pp")]
         formatted = run("clang-format", "--dry-run", "-Werror", *sources)
         self.assertEqual(formatted.returncode, 0, formatted.stdout[:4000])
+
+    def test_errata(self):
+        """Every erratum that docs/model.md lists has its test, and every such test its row."""
+        rows = re.findall(r"^\| E(\d+) \|.*\| `(E\d+\w+)` \|$", (ROOT / "docs/model.md").read_text(), re.MULTILINE)
+        sources = "".join(path.read_text() for path in (ROOT / "test/core").glob("errata_*_test.cpp"))
+        self.assertEqual([int(number) for number, _ in rows], list(range(1, len(rows) + 1)))
+        for number, name in rows:
+            self.assertTrue(name.startswith(f"E{int(number):02d}"), f"row E{number} names {name}")
+        self.assertCountEqual([name for _, name in rows], re.findall(r"TEST\(Errata, (\w+)\)", sources))
 
 
 if __name__ == "__main__":
