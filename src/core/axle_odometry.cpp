@@ -123,7 +123,8 @@ AxleMotion AxleOdometry::ackermannWithHub(const StepReadings& readings) const {
   return motion;
 }
 
-void AxleOdometry::update(const StepReadings& readings, BodyIncrement& increment) const {
+/// @return dt/d(S_r, S_l, alpha, B)
+Eigen::Matrix<double, 3, 4> AxleOdometry::setMotion(const StepReadings& readings, BodyMotion& motion) const {
   const bool paper = options_.motion == Motion::kPaper;
   const AxleMotion axle = axleMotion(readings);
   const double alpha = paper ? readings.end[axle_] : readings.mean()[axle_];
@@ -143,17 +144,37 @@ void AxleOdometry::update(const StepReadings& readings, BodyIncrement& increment
   const double s = std::sin(alpha);
   const double a = vehicle_.axleX(axle_);
 
-  increment = BodyIncrement();
-  increment.motion << q * c, q * s - a * axle.heading, axle.heading;
+  motion << q * c, q * s - a * axle.heading, axle.heading;
   Eigen::Matrix<double, 3, 2> J_motion_axle;
   J_motion_axle << ratio * c, axle.travel * ratio_slope * c,  //
       ratio * s, axle.travel * ratio_slope * s - a,           //
       0.0, 1.0;
   Eigen::Matrix<double, 3, 4> J = J_motion_axle * axle.J;
   J.col(kAlpha) += Eigen::Vector3d(-q * s, q * c, 0.0);
+  return J;
+}
 
+void AxleOdometry::update(const StepReadings& readings, BodyIncrement& increment) const {
+  increment = BodyIncrement();
+  const Eigen::Matrix<double, 3, 4> J = setMotion(readings, increment.motion);
   addCovariances(readings, J, increment);
   setSensitivity(readings, J, increment);
+}
+
+StepNoise AxleOdometry::noiseSources(const StepReadings& readings) const {
+  BodyMotion motion;
+  const Eigen::Matrix<double, 3, 4> J = setMotion(readings, motion);
+  const Wheel right = rightWheel(axle_);
+  const Wheel left = leftWheel(axle_);
+  StepNoise noise;
+  noise.wheel_path[right] = std::abs(readings.travel[right]);
+  noise.wheel_path[left] = std::abs(readings.travel[left]);
+  noise.J_motion_wheel.col(static_cast<Eigen::Index>(index(right))) = J.col(kRight);
+  noise.J_motion_wheel.col(static_cast<Eigen::Index>(index(left))) = J.col(kLeft);
+  const double alpha = readings.mean()[axle_];
+  noise.J_motion_slip.col(static_cast<Eigen::Index>(index(axle_))) << -std::sin(alpha), std::cos(alpha), 0.0;
+  noise.axle_path.front = noise.axle_path.rear = 0.5 * (noise.wheel_path[right] + noise.wheel_path[left]);
+  return noise;
 }
 
 /// Independent noise of one step (docs/model.md, section 5.1).

@@ -155,6 +155,12 @@ Eigen::Array4d WheelFit::measuredTravels(const StepReadings& readings) const {
   return y;
 }
 
+/// (W2): how far the car goes, for the path ratios of the equations.
+double WheelFit::commonTravel(const FitEquations& equations, const StepReadings& readings) const {
+  const Eigen::Array4d readings_abs = Eigen::Map<const Eigen::Array4d>(readings.travel.values.data()).abs();
+  return (readings_abs * used_).sum() / (equations.path_ratio * used_).sum();
+}
+
 /// R_0 of (W2): noise that adds up over the drive. `travel` is common to all: each wheel and each axle goes
 /// so far times its ratio.
 FitCovariance WheelFit::pathNoise(const FitEquations& equations, double travel, double rear_slope) const {
@@ -175,8 +181,7 @@ FitCovariance WheelFit::pathNoise(const FitEquations& equations, double travel, 
   const double rear_slope = shared_sensor_ ? vehicle_.rear_steering.slope(angles.front) : 0.0;
   const FitEquations equations = fitEquations(geometry_, angles);
   const Eigen::Array4d travels = measuredTravels(readings);
-  const Eigen::Array4d readings_abs = Eigen::Map<const Eigen::Array4d>(readings.travel.values.data()).abs();
-  const double travel = (readings_abs * used_).sum() / (equations.path_ratio * used_).sum();  // (W2)
+  const double travel = commonTravel(equations, readings);
   const FitCovariance path_noise = pathNoise(equations, travel, rear_slope);
   const FitCovariance R{path_noise.wheels + rounding_, path_noise.axles + kFloorVariance, path_noise.shared};
   const FitSolution fit = solveFit(equations.H, R, travels);
@@ -186,6 +191,22 @@ FitCovariance WheelFit::pathNoise(const FitEquations& equations, double travel, 
   setResiduals(fit, increment.residuals);
   increment.motion = fit.motion;
   increment.step_covariance = fit.P;
+}
+
+StepNoise WheelFit::noiseSources(const StepReadings& readings) const {
+  const SteeringAngles angles = readings.mean();
+  const double rear_slope = shared_sensor_ ? vehicle_.rear_steering.slope(angles.front) : 0.0;
+  const FitEquations equations = fitEquations(geometry_, angles);
+  const double travel = commonTravel(equations, readings);
+  const FitCovariance path_noise = pathNoise(equations, travel, rear_slope);
+  const FitCovariance R{path_noise.wheels + rounding_, path_noise.axles + kFloorVariance, path_noise.shared};
+  const FitSolution fit = solveFit(equations.H, R, measuredTravels(readings));
+  StepNoise noise;
+  noise.J_motion_wheel = fit.Kt.topRows<4>().transpose();
+  Eigen::Map<Eigen::Array4d>(noise.wheel_path.values.data()) = travel * equations.path_ratio * used_;
+  noise.J_motion_slip = fit.Kt.bottomRows<2>().transpose();
+  noise.axle_path = {travel * equations.axle_ratio(0), travel * equations.axle_ratio(1)};
+  return noise;
 }
 
 void WheelFit::setResiduals(const FitSolution& fit, FitResiduals& residuals) const {

@@ -2,6 +2,7 @@
 
 #include "bs_car_odometry/core/body_increment.hpp"
 #include "bs_car_odometry/core/options.hpp"
+#include "bs_car_odometry/core/step_noise.hpp"
 #include "bs_car_odometry/core/vehicle.hpp"
 
 namespace bs_car_odometry {
@@ -52,10 +53,15 @@ class AxleOdometry {
   /// The same into an increment that exists: no copy in every step.
   void update(const StepReadings& readings, BodyIncrement& increment) const;
 
+  /// The noise that update() sums up, source by source. Both axles' angles go by the path of this one, the
+  /// only one that is known.
+  StepNoise noiseSources(const StepReadings& readings) const;
+
   /// (dS, dtheta) of the axle's middle, derivatives with respect to (S_r, S_l, alpha, B).
   AxleMotion axleMotion(const StepReadings& readings) const;
 
  private:
+  Eigen::Matrix<double, 3, 4> setMotion(const StepReadings& readings, BodyMotion& motion) const;
   AxleMotion ackermannWithHub(const StepReadings& readings) const;
   void addCovariances(const StepReadings& readings, const Eigen::Matrix<double, 3, 4>& J,
                       BodyIncrement& increment) const;

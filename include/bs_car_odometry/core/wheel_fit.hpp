@@ -2,6 +2,7 @@
 
 #include "bs_car_odometry/core/body_increment.hpp"
 #include "bs_car_odometry/core/options.hpp"
+#include "bs_car_odometry/core/step_noise.hpp"
 #include "bs_car_odometry/core/vehicle.hpp"
 
 #include <Eigen/Core>
@@ -92,8 +93,12 @@ class WheelFit {
   /// The same into an increment that exists: no copy in every step.
   void update(const StepReadings& readings, BodyIncrement& increment) const;
 
+  /// The noise that update() sums up, source by source.
+  StepNoise noiseSources(const StepReadings& readings) const;
+
  private:
   Eigen::Array4d measuredTravels(const StepReadings& readings) const;
+  double commonTravel(const FitEquations& equations, const StepReadings& readings) const;
   FitCovariance pathNoise(const FitEquations& equations, double travel, double rear_slope) const;
   void setResiduals(const FitSolution& fit, FitResiduals& residuals) const;
   Eigen::Matrix<double, 2, 3> J_motion_steering(const FitMatrix<3>& H, const FitSolution& fit) const;
