@@ -2,6 +2,7 @@
 
 #include "bs_car_odometry/core/first_order_covariance.hpp"
 #include "bs_car_odometry/core/moment_uncertainty.hpp"
+#include "bs_car_odometry/core/particle_cloud.hpp"
 
 namespace bs_car_odometry {
 
@@ -17,6 +18,7 @@ std::unique_ptr<PoseUncertainty> makeMethod(const OdometryConfiguration& configu
     case Uncertainty::kPaper2Simplified:
       return std::make_unique<Paper2Simplified>();
     case Uncertainty::kMonteCarlo:
+      return std::make_unique<ParticleCloud>(configuration);
     case Uncertainty::kFirstOrder:
       break;
   }

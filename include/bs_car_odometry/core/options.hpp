@@ -34,12 +34,21 @@ enum class SystematicRule {
   kSensitivity,  ///< Phi Sigma_A Phi^T
 };
 
+/// The particles of Uncertainty::kMonteCarlo.
+struct ParticleOptions {
+  int count{10000};
+  int seed{1};
+  int published{500};  ///< at most so many for display
+  int threads{1};
+};
+
 struct OdometryOptions {
   AxleSelection axles{AxleSelection::kBoth};
   Motion motion{Motion::kExact};
   bool shortened_track{true};  ///< false: B instead of B cos(alpha), P1's trace "Odometry 2"
   Uncertainty uncertainty{Uncertainty::kFirstOrder};
   SystematicRule systematic_rule{SystematicRule::kDegreeFive};
+  ParticleOptions particles;
 };
 
 /// Errors of the steering angle: fresh after a length, so that the message rate does not matter.

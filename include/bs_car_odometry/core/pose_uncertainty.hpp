@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 
+#include <array>
+#include <cstddef>
 #include <memory>
 #include <optional>
 
@@ -19,6 +21,16 @@ struct UncertainStep {
   const SystematicSensitivity& J_motion;  ///< dt/da = dt/dA L
   const StepReadings& readings;           ///< what the increment was worked out from,
   const OdometryModel& model;             ///< and by what
+};
+
+/// Quantiles of x, y [m] and yaw [rad, not wrapped] of base_link in odom, each by itself.
+struct PoseQuantiles {
+  /// Probabilities below: those of a normal number at -3, -2, ... 3 standard deviations.
+  static constexpr std::array<double, 7> kLevels{
+      0.0013498980316301, 0.0227501319481792, 0.158655253931457, 0.5,
+      0.841344746068543,  0.977249868051821,  0.99865010196837};
+  using Values = std::array<double, kLevels.size()>;
+  Values x, y, yaw;
 };
 
 /// How the uncertainty of the pose is propagated; `odometry/uncertainty` selects one (docs/model.md,
@@ -44,6 +56,13 @@ class PoseUncertainty {
 
   /// The pose to publish in the place of the dead-reckoned one, where the method has one.
   virtual std::optional<Pose2> mean() const { return std::nullopt; }
+
+  /// Where the method holds more than two moments.
+  virtual std::optional<PoseQuantiles> quantiles() { return std::nullopt; }
+
+  /// How many poses the method carries, and each of them.
+  virtual std::size_t particles() const { return 0; }
+  virtual Pose2 particle(std::size_t /*i*/) const { return {}; }
 
   Eigen::Matrix3d total() const {
     Eigen::Matrix3d total;
