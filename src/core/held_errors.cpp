@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace bs_car_odometry {
 
@@ -31,7 +32,7 @@ HeldErrors::HeldErrors(const Distribution& distribution, double length, std::siz
 
 void HeldErrors::begin(const DrawNumber& number, std::size_t first, std::size_t count) {
   BitBlock particles;
-  for (std::size_t i = 0; i < count; ++i) particles[i] = static_cast<std::uint32_t>(first + i);
+  std::iota(particles.begin(), particles.end(), static_cast<std::uint32_t>(first));
   FloatBlock values;
   draw(distribution_, number, particles.data(), count, values);
   std::copy_n(values.begin(), count, &error_[first]);

@@ -256,7 +256,10 @@ void ParticleCloud::setMoments() {
   for (std::size_t b = 0; b < moments_.size(); ++b)
     sums.add(moments_[b], static_cast<double>(std::min(kParticleBlock, x_.size() - b * kParticleBlock)));
   mean_ = sums.mean;
-  covariance_ = sums.products / (sums.count - 1.0);
+  const double degrees_of_freedom = sums.count - 1.0;
+  for (Eigen::Index i = 0; i < 3; ++i)
+    for (Eigen::Index j = i; j < 3; ++j)
+      covariance_(i, j) = covariance_(j, i) = sums.products(i, j) / degrees_of_freedom;
 }
 
 std::optional<Pose2> ParticleCloud::mean() const {

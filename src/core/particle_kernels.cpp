@@ -216,7 +216,7 @@ float largestSize(const FloatBlock& values, std::size_t count) {
 }
 
 void chordsOfLargeTurns(const FloatBlock& turn, std::size_t count, FloatBlock& chord) {
-  DoubleBlock halves;
+  DoubleBlock halves{};
   FloatBlock cosines;
   for (std::size_t i = 0; i < count; ++i) halves[i] = 0.5 * static_cast<double>(turn[i]);
   sinesAndCosines(halves, count, chord, cosines);

@@ -60,8 +60,9 @@ TEST(NoAllocation, TheWatchForbidsEigenOne) {
 TEST(NoAllocation, StepOfTheEstimator) {
   std::vector<OdometryOptions> options;
   for (const AxleSelection axles : {AxleSelection::kBoth, AxleSelection::kFront, AxleSelection::kRear})
-    for (const Uncertainty method : {Uncertainty::kFirstOrder, Uncertainty::kExactMoments,
-                                     Uncertainty::kClosedForm, Uncertainty::kPaper2Simplified}) {
+    for (const Uncertainty method :
+         {Uncertainty::kFirstOrder, Uncertainty::kExactMoments, Uncertainty::kClosedForm,
+          Uncertainty::kPaper2Simplified, Uncertainty::kMonteCarlo}) {
       options.emplace_back();
       options.back().axles = axles;
       options.back().uncertainty = method;
