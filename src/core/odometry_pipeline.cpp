@@ -293,6 +293,7 @@ PerAxle<double> OdometryPipeline::steeringDoubt(double interval) const {
 OdometryUpdate OdometryPipeline::update(const WheelCounts& counts, Time completed) {
   ++counts_.wheel_messages;
   report_.counts = counts_;
+  report_.quantiles = estimator_.quantiles();
   return {counts.stamp, completed, estimator_.estimate(), report_};
 }
 

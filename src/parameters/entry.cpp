@@ -171,17 +171,36 @@ Entry text(const std::string& path, std::string& member, const std::string& allo
   return {path, allowed, [&member](const YAML::Node& node) { return parseText(node, member); }};
 }
 
-Entry zeroOrInteger(const std::string& path, int& member, int low, int high) {
-  const auto read = [&member, low, high](const YAML::Node& node) -> std::string {
-    double value = 0.0;
-    std::string wrong = parseNumber(node, value);
-    if (!wrong.empty()) return wrong;
-    if (value != std::floor(value)) return "is not a whole number";
-    if (value != 0.0 && !(value >= low && value <= high)) return "is out of range";
-    member = static_cast<int>(value);
-    return "";
+namespace {
+
+std::string readInteger(const YAML::Node& node, int low, int high, bool zero_too, int& member) {
+  double value = 0.0;
+  std::string wrong = parseNumber(node, value);
+  if (!wrong.empty()) return wrong;
+  if (value != std::floor(value)) return "is not a whole number";
+  if (!(value >= low && value <= high) && !(zero_too && value == 0.0)) return "is out of range";
+  member = static_cast<int>(value);
+  return "";
+}
+
+std::string rangeText(int low, int high) {
+  return "a whole number from " + std::to_string(low) + " to " + std::to_string(high);
+}
+
+}  // namespace
+
+Entry integer(const std::string& path, int& member, int low, int high) {
+  const auto read = [&member, low, high](const YAML::Node& node) {
+    return readInteger(node, low, high, false, member);
   };
-  return {path, "0, or a whole number from " + std::to_string(low) + " to " + std::to_string(high), read};
+  return {path, rangeText(low, high), read};
+}
+
+Entry zeroOrInteger(const std::string& path, int& member, int low, int high) {
+  const auto read = [&member, low, high](const YAML::Node& node) {
+    return readInteger(node, low, high, true, member);
+  };
+  return {path, "0, or " + rangeText(low, high), read};
 }
 
 Entry numbers(const std::string& path, std::vector<double>& member, std::size_t fewest, std::size_t most,

@@ -79,6 +79,9 @@ Entry seconds(const std::string& path, Duration& member, const Range& range);
 Entry flag(const std::string& path, bool& member);
 Entry text(const std::string& path, std::string& member, const std::string& allowed = "a text");
 
+/// A whole number in [low, high].
+Entry integer(const std::string& path, int& member, int low, int high);
+
 /// 0, or a whole number in [low, high].
 Entry zeroOrInteger(const std::string& path, int& member, int low, int high);
 

@@ -92,11 +92,15 @@ Schema odometrySchema(OdometryOptions& o) {
                           {{{"first_order", Uncertainty::kFirstOrder},
                             {"exact_moments", Uncertainty::kExactMoments},
                             {"closed_form", Uncertainty::kClosedForm},
-                            {"paper2_simplified", Uncertainty::kPaper2Simplified}},
-                           {"monte_carlo"}}),
+                            {"paper2_simplified", Uncertainty::kPaper2Simplified},
+                            {"monte_carlo", Uncertainty::kMonteCarlo}}}),
       choice<SystematicRule>(
           "odometry/systematic_rule", o.systematic_rule,
           {{{"degree_five", SystematicRule::kDegreeFive}, {"sensitivity", SystematicRule::kSensitivity}}}),
+      integer("odometry/particles/count", o.particles.count, 100, 1000000),
+      integer("odometry/particles/seed", o.particles.seed, 0, 2147483647),
+      integer("odometry/particles/threads", o.particles.threads, 1, 64),
+      integer("odometry/particles/published", o.particles.published, 0, 100000),
   };
 }
 

@@ -94,6 +94,19 @@ void fillOdometry(const OdometryUpdate& update, const OutputFrames& frames, nav_
   message.twist.covariance = toCovariance(estimate.twist_covariance, frames.unmeasured_variance);
 }
 
+void fillParticles(const OdometryUpdate& update, const PoseUncertainty& uncertainty,
+                   const OutputFrames& frames, std::size_t most, geometry_msgs::PoseArray& message) {
+  message.header.stamp = toRos(update.stamp);
+  message.header.frame_id = frames.odom;
+  message.poses.resize(std::min(most, uncertainty.particles()));
+  for (std::size_t i = 0; i < message.poses.size(); ++i) {
+    const Pose2 pose = uncertainty.particle(i * uncertainty.particles() / message.poses.size());
+    message.poses[i].position.x = pose.x;
+    message.poses[i].position.y = pose.y;
+    message.poses[i].orientation = toQuaternion(pose.yaw);
+  }
+}
+
 void fillTransform(const OdometryUpdate& update, const OutputFrames& frames,
                    geometry_msgs::TransformStamped& message) {
   message.header.stamp = toRos(update.stamp);

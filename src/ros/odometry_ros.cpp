@@ -5,6 +5,7 @@
 #include "bs_car_odometry/ros/relative_motion.hpp"
 #include "bs_car_odometry/ros/verdicts.hpp"
 
+#include <geometry_msgs/PoseArray.h>
 #include <nav_msgs/Odometry.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -16,6 +17,7 @@ namespace {
 
 constexpr std::uint32_t kQueueSize = 200;  // bounded: a slow moment is caught up, a flood is not hoarded
 constexpr double kLogPeriod = 5.0;         // [s] between warnings of one cause
+constexpr double kParticlePeriod = 0.1;    // [s] of wall time, enough for the eye
 constexpr double kLongestWait = 1e6;       // [s], within what a timer takes
 
 }  // namespace
@@ -40,6 +42,8 @@ void OdometryRos::advertise() {
   odom_publisher_ = node_.advertise<nav_msgs::Odometry>("odom", kQueueSize);
   status_publisher_ = node_.advertise<OdometryStatus>("odometry_status", kQueueSize);
   if (parameters_.publish_tf) tf_publisher_ = node_.advertise<tf2_msgs::TFMessage>("/tf", kQueueSize);
+  if (parameters_.odometry.uncertainty == Uncertainty::kMonteCarlo)
+    particles_publisher_ = node_.advertise<geometry_msgs::PoseArray>("particles", 1);
   reset_server_ = private_node_.advertiseService("reset", &OdometryRos::onReset, this);
   relative_motion_server_ =
       private_node_.advertiseService("relative_motion", &OdometryRos::onRelativeMotion, this);
@@ -170,7 +174,19 @@ void OdometryRos::publish(const OdometryUpdate& update) {
   const auto status = boost::make_shared<OdometryStatus>();
   fillStatus(update, adapter_.frames(), *status);
   status_publisher_.publish(status);
+  if (particles_publisher_) publishParticles(update);
   diagnostics_.noteUpdate(update);
+}
+
+void OdometryRos::publishParticles(const OdometryUpdate& update) {
+  const ros::SteadyTime now = ros::SteadyTime::now();
+  if (particles_publisher_.getNumSubscribers() == 0) return;
+  if (!particles_published_.isZero() && (now - particles_published_).toSec() < kParticlePeriod) return;
+  particles_published_ = now;
+  const auto particles = boost::make_shared<geometry_msgs::PoseArray>();
+  fillParticles(update, adapter_.pipeline().uncertainty(), adapter_.frames(),
+                static_cast<std::size_t>(parameters_.odometry.particles.published), *particles);
+  particles_publisher_.publish(particles);
 }
 
 void OdometryRos::onSetPose(const geometry_msgs::PoseWithCovarianceStamped& message) {

@@ -38,6 +38,16 @@ void fillCounts(const InputCounts& counts, OdometryStatus& message) {
   message.refused_states = counts.refused_states;
 }
 
+void fillQuantiles(const PoseQuantiles& quantiles, OdometryStatus& message) {
+  const auto copy = [](const PoseQuantiles::Values& from, std::vector<double>& to) {
+    to.assign(from.begin(), from.end());
+  };
+  copy(PoseQuantiles::kLevels, message.quantile_levels);
+  copy(quantiles.x, message.quantiles_x);
+  copy(quantiles.y, message.quantiles_y);
+  copy(quantiles.yaw, message.quantiles_yaw);
+}
+
 }  // namespace
 
 void fillStatus(const OdometryUpdate& update, const OutputFrames& frames, OdometryStatus& message) {
@@ -60,6 +70,7 @@ void fillStatus(const OdometryUpdate& update, const OutputFrames& frames, Odomet
   message.chi_square = report.residuals.chi_square;
   message.degrees_of_freedom = report.residuals.degrees_of_freedom;
   message.distance = report.distance;
+  if (report.quantiles) fillQuantiles(*report.quantiles, message);
   fillCounts(report.counts, message);
 }
 

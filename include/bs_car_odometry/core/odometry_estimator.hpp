@@ -53,6 +53,8 @@ class OdometryEstimator {
 
   const OdometryEstimate& estimate() const { return estimate_; }
   const PoseUncertainty& uncertainty() const { return *uncertainty_; }
+  /// Where the uncertainty is more than a covariance.
+  std::optional<PoseQuantiles> quantiles() { return uncertainty_->quantiles(); }
   const FitResiduals& residuals() const { return increment_.residuals; }
   /// The pose by the readings alone; that of the estimate may be a mean over what they leave open.
   const Pose2& deadReckoned() const { return dead_reckoned_; }

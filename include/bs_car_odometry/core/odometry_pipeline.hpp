@@ -63,6 +63,7 @@ struct StepReport {
   PerAxle<double> steering_angle;  ///< [rad] mean over the step
   PerAxle<double> steering_age;    ///< [s]
   double distance{0.0};            ///< [m] since the start or reset
+  std::optional<PoseQuantiles> quantiles;
   InputCounts counts;
 };
 
@@ -114,6 +115,8 @@ class OdometryPipeline {
   const MotionHistory& motionHistory() const { return motion_history_; }
 
   const InputCounts& counts() const { return counts_; }
+  /// As of the last update.
+  const PoseUncertainty& uncertainty() const { return estimator_.uncertainty(); }
   const PerAxle<bool>& steeringNeeded() const { return steering_needed_; }
   const PerWheel<bool>& wheelUsed() const { return wheel_used_; }
   bool hasSteering(Axle axle) const { return !steering_[axle].empty(); }

@@ -5,6 +5,7 @@
 #include "bs_car_odometry/core/se2.hpp"
 #include "bs_car_odometry/core/time.hpp"
 
+#include <geometry_msgs/PoseArray.h>
 #include <geometry_msgs/PoseWithCovariance.h>
 #include <geometry_msgs/Quaternion.h>
 #include <geometry_msgs/TransformStamped.h>
@@ -55,5 +56,9 @@ void fillOdometry(const OdometryUpdate& update, const OutputFrames& frames, nav_
 void fillTransform(const OdometryUpdate& update, const OutputFrames& frames,
                    geometry_msgs::TransformStamped& message);
 void fillStatus(const OdometryUpdate& update, const OutputFrames& frames, OdometryStatus& message);
+
+/// Particles for display, evenly out of all of them.
+void fillParticles(const OdometryUpdate& update, const PoseUncertainty& uncertainty,
+                   const OutputFrames& frames, std::size_t most, geometry_msgs::PoseArray& message);
 
 }  // namespace bs_car_odometry

@@ -40,6 +40,7 @@ class OdometryRos {
   void publishComplete(const ros::Time& now);
   void publishUpdates(const ros::Time& now);
   void publish(const OdometryUpdate& update);
+  void publishParticles(const OdometryUpdate& update);
   void startWaiting(const ros::Time& now);
   void onSetPose(const geometry_msgs::PoseWithCovarianceStamped& message);
   bool onRelativeMotion(RelativeMotion::Request& request, RelativeMotion::Response& response);
@@ -55,6 +56,8 @@ class OdometryRos {
   ros::Publisher odom_publisher_;
   ros::Publisher tf_publisher_;
   ros::Publisher status_publisher_;
+  ros::Publisher particles_publisher_;  ///< with Uncertainty::kMonteCarlo
+  ros::SteadyTime particles_published_;
   ros::ServiceServer reset_server_;
   ros::ServiceServer relative_motion_server_;
   ros::Timer wait_timer_;
