@@ -103,6 +103,7 @@ void ParticleCloud::reset(const Pose2& pose, const Eigen::Matrix3d& covariance) 
   reference_ = pose;
   for (std::vector<double>* values : {&x_, &y_, &yaw_}) std::fill(values->begin(), values->end(), 0.0);
   drawParameters();
+  for (const Axle axle : kAllAxles) held_[axle].restart();
   forEachBlock([this](const Block& block, const Workspace&) {
     for (const Axle axle : kAllAxles)
       if (held_[axle].active())
@@ -181,6 +182,7 @@ void ParticleCloud::advance(const UncertainStep& step) {
   ++step_;
   reference_ = step.moved.pose;
   const ParticlePlan plan = planner_.plan(step);
+  for (const Axle axle : kAllAxles) held_step_[axle] = held_[axle].take(plan.angle_path[axle]);
   forEachBlock([&, this](const Block& block, Workspace& w) { move(plan, block, w); });
   setMoments();
 }
@@ -238,10 +240,10 @@ void ParticleCloud::addAngleErrors(const ParticlePlan& plan, const Block& block,
   for (const Axle axle : kAllAxles) {
     FloatBlock& angle = w.angles[axle];
     HeldErrors& held = held_[axle];
-    const bool drives = held.active() && plan.angle_path[axle] > 0.0;
+    const bool drives = held.active() && held_step_[axle].travel > 0.0;
     std::fill_n(angle.begin(), block.count, 0.0F);
     if (drives)
-      held.advance(plan.angle_path[axle], number(kHeldErrors + static_cast<std::uint32_t>(index(axle))),
+      held.advance(held_step_[axle], number(kHeldErrors + static_cast<std::uint32_t>(index(axle))),
                    block.first, block.count, angle);
     const std::size_t k = axle == Axle::kFront ? systematic::kFrontOffset : systematic::kRearOffset;
     if (uncertain_[k])

@@ -71,6 +71,7 @@ class ParticleCloud : public PoseUncertainty {
   std::array<std::vector<float>, systematic::kCount> parameters_;
   std::array<bool, systematic::kCount> uncertain_{};  ///< the parameters that have errors
   PerAxle<HeldErrors> held_;
+  PerAxle<HeldErrors::Step> held_step_;
 
   WorkerPool pool_;
   std::vector<Workspace> workspaces_;  ///< one for each thread
