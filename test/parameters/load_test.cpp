@@ -49,6 +49,7 @@ odometry:
   shortened_track: true
   uncertainty: first_order
   systematic_rule: degree_five
+  particles: {count: 10000, seed: 1, threads: 1, published: 500}
 noise:
   wheel: 0.005
   steering: {std: 0.003, correlation_length: 0.1}
@@ -126,6 +127,10 @@ void expectDefaultOptions(const Parameters& p) {
   EXPECT_TRUE(p.odometry.shortened_track);
   EXPECT_EQ(p.odometry.uncertainty, Uncertainty::kFirstOrder);
   EXPECT_EQ(p.odometry.systematic_rule, SystematicRule::kDegreeFive);
+  EXPECT_EQ(p.odometry.particles.count, 10000);
+  EXPECT_EQ(p.odometry.particles.seed, 1);
+  EXPECT_EQ(p.odometry.particles.threads, 1);
+  EXPECT_EQ(p.odometry.particles.published, 500);
   EXPECT_EQ(p.noise.wheel.std(), 0.005);
   EXPECT_EQ(p.noise.steering.angle.std(), 0.003);
   EXPECT_EQ(p.noise.steering.correlation_length, 0.1);

@@ -108,5 +108,26 @@ TEST(Covariances, negativeOnesAreNone) {
   EXPECT_FALSE(isCovariance(Eigen::Matrix3d::Constant(std::nan(""))));
 }
 
+TEST(Particles, areSpreadOverAllOfThem) {
+  OdometryConfiguration configuration;
+  configuration.vehicle.wheelbase = 1.2;
+  configuration.vehicle.track = {1.2, 1.2};
+  configuration.vehicle.metres_per_tick.values.fill(1e-4);
+  configuration.options.uncertainty = Uncertainty::kMonteCarlo;
+  configuration.options.particles.count = 1000;
+  configuration.initial_pose.covariance.setIdentity();
+  const OdometryEstimator estimator(configuration);
+  geometry_msgs::PoseArray message;
+  fillParticles({}, estimator.uncertainty(), {"odom", "base_link", 0.0}, 10, message);
+  ASSERT_EQ(message.poses.size(), 10u);
+  EXPECT_EQ(message.header.frame_id, "odom");
+  const Pose2 last = estimator.uncertainty().particle(900);
+  EXPECT_EQ(message.poses[9].position.x, last.x);
+  EXPECT_EQ(message.poses[9].position.y, last.y);
+  EXPECT_NEAR(*toYaw(message.poses[9].orientation), wrapAngle(last.yaw), 1e-12);
+  fillParticles({}, estimator.uncertainty(), {"odom", "base_link", 0.0}, 5000, message);
+  EXPECT_EQ(message.poses.size(), 1000u);
+}
+
 }  // namespace
 }  // namespace bs_car_odometry

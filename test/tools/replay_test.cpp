@@ -2,6 +2,7 @@
 
 #include "../../src/tools/replay.hpp"
 
+#include "bs_car_odometry/OdometryStatus.h"
 #include "bs_car_odometry/SteeringAngle.h"
 #include "bs_car_odometry/WheelTicks.h"
 #include "temporary_folder.hpp"
@@ -13,6 +14,7 @@
 #include <rosbag/view.h>
 
 #include <sys/resource.h>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 
@@ -75,6 +77,47 @@ TEST(Replay, obeysPosesThatWereSet) {
   const nav_msgs::Odometry last = lastOdometry(folder.file("out.bag"));
   EXPECT_NEAR(last.pose.pose.position.x, 0.5, 1e-9);
   EXPECT_EQ(last.pose.pose.position.y, 7.0);
+}
+
+std::vector<OdometryStatus> statuses(const std::string& path) {
+  const rosbag::Bag bag(path);
+  std::vector<OdometryStatus> statuses;
+  for (const rosbag::MessageInstance& message : rosbag::View(bag, rosbag::TopicQuery("odometry_status")))
+    statuses.push_back(*message.instantiate<OdometryStatus>());
+  return statuses;
+}
+
+TEST(Replay, particlesAreTheSameOnEveryRunAndFillTheQuantiles) {
+  const TemporaryFolder folder;
+  writeDrive(folder.file("in.bag"), 41, true);
+  Parameters parameters = cycab();
+  parameters.odometry.uncertainty = Uncertainty::kMonteCarlo;
+  parameters.odometry.particles.count = 1000;
+  replay(parameters, TopicNames(), {folder.file("in.bag"), folder.file("one.bag"), ""});
+  parameters.odometry.particles.threads = 2;
+  replay(parameters, TopicNames(), {folder.file("in.bag"), folder.file("two.bag"), ""});
+  const nav_msgs::Odometry odometry = lastOdometry(folder.file("one.bag"));
+  EXPECT_EQ(odometry, lastOdometry(folder.file("two.bag")));
+  const OdometryStatus status = statuses(folder.file("one.bag")).back();
+  EXPECT_EQ(status, statuses(folder.file("two.bag")).back());
+  ASSERT_EQ(status.quantiles_x.size(), 7u);
+  EXPECT_EQ(status.quantile_levels.size(), 7u);
+  EXPECT_NEAR(status.quantile_levels[3], 0.5, 1e-12);
+  // Along the straight line nearly Gaussian: the median within four of its standard errors, 1.25 /
+  // sqrt(1000).
+  const double sigma = std::sqrt(odometry.pose.covariance[0]);
+  EXPECT_NEAR(status.quantiles_x[3], odometry.pose.pose.position.x, 0.16 * sigma);
+  EXPECT_LT(status.quantiles_x[2], status.quantiles_x[3] - 0.8 * sigma);
+  EXPECT_GT(status.quantiles_x[4], status.quantiles_x[3] + 0.8 * sigma);
+  EXPECT_EQ(status.quantiles_y.size(), 7u);
+  EXPECT_EQ(status.quantiles_yaw.size(), 7u);
+}
+
+TEST(Replay, otherMethodsHaveNoQuantiles) {
+  const TemporaryFolder folder;
+  writeDrive(folder.file("in.bag"), 3);
+  replay(cycab(), TopicNames(), {folder.file("in.bag"), folder.file("out.bag"), ""});
+  EXPECT_TRUE(statuses(folder.file("out.bag")).back().quantile_levels.empty());
 }
 
 TEST(Replay, saysWhatIsWrongWithABag) {
