@@ -119,5 +119,6 @@ int main(int argc, char** argv) {
   for (const char* method : {"exactMomentsSensitivity", "exactMomentsDegreeFive", "closedForm"})
     reporter.printRatio(method, {"fourWheelStep"});
   reporter.printRatio("pipelineStepWithHistory", {"pipelineStep"});
+  reporter.printRatio("particlesStep", {"numbersAlone"});
   return 0;
 }
