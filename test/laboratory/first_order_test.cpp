@@ -19,7 +19,7 @@ constexpr std::size_t kDrives = 300;
 constexpr AxleSelection kChoices[] = {AxleSelection::kBoth, AxleSelection::kFront, AxleSelection::kRear};
 
 /// Standard deviation of the heading [rad] up to which the mean NEES of 4,000 drives stays within 2.75
-/// to 3.26 in exponential coordinates, in every scenario (docs/model.md, 5.7). With both axles the constant
+/// to 3.26 in exponential coordinates, in every scenario. With both axles the constant
 /// error of the steering outweighs all else, and its path bends within a direction that is known to
 /// millimetres.
 double reach(AxleSelection axles) { return axles == AxleSelection::kBoth ? 0.07 : 0.14; }
