@@ -177,7 +177,9 @@ StepNoise AxleOdometry::noiseSources(const StepReadings& readings) const {
   return noise;
 }
 
-/// Independent noise of one step (docs/model.md, section 5.1).
+/// Noise of one step (docs/model.md, section 5.1). The error of the angle lasts for its correlation length:
+/// over a drive it adds up like one of variance l/d that is fresh in each step, but in the one step it is no
+/// larger than itself.
 void AxleOdometry::addCovariances(const StepReadings& readings, const Eigen::Matrix<double, 3, 4>& J,
                                   BodyIncrement& increment) const {
   const double right = std::abs(readings.travel[rightWheel(axle_)]);
@@ -187,24 +189,26 @@ void AxleOdometry::addCovariances(const StepReadings& readings, const Eigen::Mat
   const auto outer = [&J](int column) { return Eigen::Matrix3d(J.col(column) * J.col(column).transpose()); };
   const Eigen::Matrix3d right_outer = outer(kRight);
   const Eigen::Matrix3d left_outer = outer(kLeft);
-  if (d > 0.0) {
-    double steering = noise_.steering.angle.variance();
-    if (axle_ == Axle::kRear && vehicle_.rear_steering.source == RearSteering::Source::kPolynomial) {
-      const double slope = vehicle_.rear_steering.slope(readings.mean().front);
-      steering = steering * slope * slope + noise_.rear_law.variance();
-    }
-    const double alpha = readings.mean()[axle_];
-    const Eigen::Vector3d sideways(-std::sin(alpha), std::cos(alpha), 0.0);
-    increment.path_covariance = wheel_variance * (right * right_outer + left * left_outer) +
-                                steering * noise_.steering.correlation_length / d * outer(kAlpha) +
-                                noise_.lateral.variance() * d * sideways * sideways.transpose();
-  }
   const auto rounding = [this](Wheel wheel) {
     const double tick = vehicle_.calibratedMetresPerTick(wheel);
     return tick * tick / 6.0;
   };
-  increment.step_covariance = increment.path_covariance + rounding(rightWheel(axle_)) * right_outer +
-                              rounding(leftWheel(axle_)) * left_outer;
+  increment.step_covariance =
+      rounding(rightWheel(axle_)) * right_outer + rounding(leftWheel(axle_)) * left_outer;
+  if (d <= 0.0) return;
+  double steering = noise_.steering.angle.variance();
+  if (axle_ == Axle::kRear && vehicle_.rear_steering.source == RearSteering::Source::kPolynomial) {
+    const double slope = vehicle_.rear_steering.slope(readings.mean().front);
+    steering = steering * slope * slope + noise_.rear_law.variance();
+  }
+  const double alpha = readings.mean()[axle_];
+  const Eigen::Vector3d sideways(-std::sin(alpha), std::cos(alpha), 0.0);
+  const Eigen::Matrix3d fresh = wheel_variance * (right * right_outer + left * left_outer) +
+                                noise_.lateral.variance() * d * sideways * sideways.transpose();
+  const Eigen::Matrix3d steered = steering * outer(kAlpha);
+  const double lengths = noise_.steering.correlation_length / d;
+  increment.path_covariance = fresh + lengths * steered;
+  increment.step_covariance += fresh + std::min(lengths, 1.0) * steered;
 }
 
 void AxleOdometry::setSensitivity(const StepReadings& readings, const Eigen::Matrix<double, 3, 4>& J,

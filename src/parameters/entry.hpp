@@ -39,6 +39,10 @@ struct Entry {
 
   bool required{false};
   bool one_for_both_axles{false};  ///< a single value one level up ("vehicle/track: 1.2") serves both axles
+
+  /// Where it takes one word out of several: all of them, and that of the struct's present value.
+  std::vector<std::string> words{};
+  std::function<std::string()> word{};
 };
 
 /// Parameters in the order of the documentation. Entries refer to the struct they were made for.
@@ -137,7 +141,14 @@ Entry choice(const std::string& path, Value& member, Choices<Value> choices) {
     }
     return detail::contains(choices.not_yet, node.Scalar()) ? detail::kNotSupported : "is not known";
   };
-  return {path, detail::wordsText(words), read};
+  Entry entry{path, detail::wordsText(words), read};
+  entry.words = words;
+  entry.word = [&member, choices]() -> std::string {
+    for (const auto& [word, value] : choices.words)
+      if (value == member) return word;
+    return "";
+  };
+  return entry;
 }
 
 }  // namespace bs_car_odometry::schema

@@ -113,6 +113,12 @@ LoadedParameters load(const YAML::Node& tree) {
   return loaded;
 }
 
+Entry entryOf(Parameters& parameters, const std::string& path) {
+  for (const Entry& entry : schema::parameterSchema(parameters))
+    if (entry.path == path) return entry;
+  throw ParameterError(path + ": no such parameter");
+}
+
 }  // namespace
 
 LoadedParameters loadParameters(const YAML::Node& tree) {
@@ -140,6 +146,16 @@ std::vector<std::string> parameterPaths() {
   std::vector<std::string> paths;
   for (const Entry& entry : schema::parameterSchema(parameters)) paths.push_back(entry.path);
   return paths;
+}
+
+std::vector<std::string> parameterWords(const std::string& path) {
+  Parameters parameters;
+  return entryOf(parameters, path).words;
+}
+
+std::string parameterWord(Parameters parameters, const std::string& path) {
+  const Entry entry = entryOf(parameters, path);
+  return entry.word ? entry.word() : "";
 }
 
 }  // namespace bs_car_odometry

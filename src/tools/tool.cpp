@@ -1,7 +1,5 @@
 #include "tool.hpp"
 
-#include "bs_car_odometry/parameters/load.hpp"
-
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -166,10 +164,14 @@ std::vector<std::string> TopicNames::spellings(const std::string& name) const {
   return {full, full.substr(1)};
 }
 
-Parameters loadVehicle(const std::string& config, const std::vector<std::string>& settings) {
+LoadedParameters readVehicle(const std::string& config, const std::vector<std::string>& settings) {
   std::vector<std::pair<std::string, std::string>> overrides;
   std::transform(settings.begin(), settings.end(), std::back_inserter(overrides), splitSetting);
-  const LoadedParameters loaded = loadParameters(loadParameterFile(config, overrides));
+  return loadParameters(loadParameterFile(config, overrides));
+}
+
+Parameters loadVehicle(const std::string& config, const std::vector<std::string>& settings) {
+  const LoadedParameters loaded = readVehicle(config, settings);
   const std::string place = config + ": ";
   for (const std::string& warning : loaded.warnings) warn(place + warning);
   return loaded.parameters;
@@ -212,6 +214,12 @@ void Progress::update(double done) {
   if (percent == percent_shown_) return;
   percent_shown_ = percent;
   std::cerr << '\r' << label_ << ' ' << percent << " %" << std::flush;
+}
+
+void Progress::hide() {
+  if (percent_shown_ < 0) return;
+  percent_shown_ = -1;
+  std::cerr << "\r\033[K" << std::flush;
 }
 
 }  // namespace bs_car_odometry::tools

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "bs_car_odometry/parameters/parameters.hpp"
+#include "bs_car_odometry/parameters/load.hpp"
 
 #include <boost/program_options.hpp>
 
@@ -69,6 +69,9 @@ class TopicNames {
 /// @throws InputError for a setting that is not key=value, ParameterError for the rest
 Parameters loadVehicle(const std::string& config, const std::vector<std::string>& settings);
 
+/// The same, with the warnings left to the caller.
+LoadedParameters readVehicle(const std::string& config, const std::vector<std::string>& settings);
+
 /// A file that appears under its name only when it is whole: written beside it under a hidden name, then
 /// renamed, so that neither a crash nor a full disk leaves half a file or harms the one that was there.
 class AtomicOutput {
@@ -97,6 +100,9 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
   void update(double done);
+
+  /// Clears the line, for what else is written; the next update brings it back.
+  void hide();
 
  private:
   std::string label_;

@@ -1,7 +1,9 @@
 // The first-order covariance against simulated noisy drives: noise only, the car's parameters as configured.
 #include "cars.hpp"
 #include "mean_error.hpp"
-#include "monte_carlo.hpp"
+
+#include "bs_car_odometry/laboratory/chi_square.hpp"
+#include "bs_car_odometry/laboratory/consistency.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +13,8 @@
 
 namespace bs_car_odometry::drives {
 namespace {
+
+using laboratory::Consistency;
 
 constexpr std::size_t kDrives = 10000;
 constexpr std::uint64_t kFirstSeed = 1000;
@@ -47,17 +51,17 @@ Prediction predict(const OdometryConfiguration& configuration, DriveSettings set
   return {endOf(configuration, drive).pose_covariance, meanError(configuration, drive)};
 }
 
-Eigen::Vector3d standardErrors(const EndErrors& ends) {
-  return ends.covariance().diagonal().cwiseSqrt() / std::sqrt(static_cast<double>(kDrives));
+Eigen::Vector3d standardErrors(const Consistency& ends) {
+  return ends.errorCovariance().diagonal().cwiseSqrt() / std::sqrt(static_cast<double>(kDrives));
 }
 
-void print(const EndErrors& ends, const Prediction& prediction, AxleSelection axles) {
+void print(const Consistency& ends, const Prediction& prediction, AxleSelection axles) {
   const Eigen::IOFormat row(4, 0, " ", " ");
   const Eigen::Vector3d sigma = prediction.covariance.diagonal().cwiseSqrt();
-  const Eigen::Vector3d mean = ends.mean();
+  const Eigen::Vector3d mean = ends.meanError();
   std::cout << "  axles " << name(axles) << "\n    standard deviations, first order: " << sigma.format(row)
             << "; simulated over first order: "
-            << ends.covariance().diagonal().cwiseSqrt().cwiseQuotient(sigma).format(row)
+            << ends.errorCovariance().diagonal().cwiseSqrt().cwiseQuotient(sigma).format(row)
             << "\n    mean error: " << mean.format(row)
             << ", in standard errors: " << mean.cwiseQuotient(standardErrors(ends)).format(row)
             << ", second order expects: " << prediction.mean.cwiseQuotient(standardErrors(ends)).format(row)
@@ -65,10 +69,10 @@ void print(const EndErrors& ends, const Prediction& prediction, AxleSelection ax
 }
 
 /// Each standard deviation within 5 %, each correlation within 0.05.
-void expectCovariance(const EndErrors& ends, const Prediction& prediction) {
+void expectCovariance(const Consistency& ends, const Prediction& prediction) {
   const Eigen::Vector3d sigma = prediction.covariance.diagonal().cwiseSqrt();
   const Eigen::Matrix3d scale = sigma * sigma.transpose();
-  const Eigen::Matrix3d simulated = ends.covariance().cwiseQuotient(scale);
+  const Eigen::Matrix3d simulated = ends.errorCovariance().cwiseQuotient(scale);
   const Eigen::Matrix3d predicted = prediction.covariance.cwiseQuotient(scale);
   for (Eigen::Index i = 0; i < 3; ++i)
     EXPECT_NEAR(std::sqrt(simulated(i, i)), 1.0, 0.05) << "component " << i;
@@ -78,37 +82,40 @@ void expectCovariance(const EndErrors& ends, const Prediction& prediction) {
 }
 
 /// Within 3 standard errors of where second order expects it; with both axles that is the truth itself.
-void expectMean(const EndErrors& ends, const Prediction& prediction, AxleSelection axles) {
+void expectMean(const Consistency& ends, const Prediction& prediction, AxleSelection axles) {
   const Eigen::Vector3d limit = 3.0 * standardErrors(ends);
   const Eigen::Vector3d expected = axles == AxleSelection::kBoth ? Eigen::Vector3d::Zero() : prediction.mean;
   for (Eigen::Index i = 0; i < 3; ++i)
-    EXPECT_LT(std::abs(ends.mean()(i) - expected(i)), limit(i)) << "component " << i;
+    EXPECT_LT(std::abs(ends.meanError()(i) - expected(i)), limit(i)) << "component " << i;
 }
 
-/// The mean of N chi-squares of 3 degrees of freedom: 3 +/- 3.29 sqrt(6/N) at 99.9 %.
-void expectConsistent(const EndErrors& ends) {
-  EXPECT_NEAR(ends.meanNees(), 3.0, 3.29 * std::sqrt(6.0 / static_cast<double>(kDrives)));
+/// The mean of N chi-squares of 3 degrees of freedom lies in its 99.9 % interval.
+void expectConsistent(const Consistency& ends) {
+  const laboratory::Interval interval = laboratory::meanInterval(3.0, kDrives);
+  EXPECT_GE(ends.meanNees(), interval.low);
+  EXPECT_LE(ends.meanNees(), interval.high);
 }
 
 class FirstOrder : public testing::TestWithParam<const char*> {};
 
 TEST_P(FirstOrder, agreesWithTenThousandNoisyDrives) {
-  MonteCarloSettings settings;
+  laboratory::StudySettings settings;
   settings.drives = kDrives;
   settings.drive = noisyDrive(GetParam());
   for (const AxleSelection axles : {AxleSelection::kBoth, AxleSelection::kRear})
     settings.odometries.push_back(noiseOnly(axles));
   std::cout << GetParam() << ", " << kDrives << " drives, seeds from " << kFirstSeed << " on" << std::endl;
 
-  const std::vector<EndErrors> results = simulateDrives(settings);
+  const std::vector<laboratory::ConsistencyOverDistance> results = laboratory::studyConsistency(settings);
   for (std::size_t k = 0; k < results.size(); ++k) {
     const AxleSelection axles = settings.odometries[k].options.axles;
     SCOPED_TRACE(std::string("axles ") + name(axles));
     const Prediction prediction = predict(settings.odometries[k], settings.drive);
-    print(results[k], prediction, axles);
-    expectCovariance(results[k], prediction);
-    expectMean(results[k], prediction, axles);
-    expectConsistent(results[k]);
+    const Consistency& ends = results[k].back();
+    print(ends, prediction, axles);
+    expectCovariance(ends, prediction);
+    expectMean(ends, prediction, axles);
+    expectConsistent(ends);
   }
 }
 

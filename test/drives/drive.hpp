@@ -1,43 +1,15 @@
 #pragma once
 
-#include "bs_car_odometry/core/odometry_pipeline.hpp"
-#include "bs_car_odometry/simulation/simulated_car.hpp"
+#include "bs_car_odometry/laboratory/drive.hpp"
 
-#include <cstdint>
-#include <functional>
-#include <optional>
-#include <string>
 #include <vector>
 
 namespace bs_car_odometry::drives {
 
-/// What the sensors of the simulated car say at one instant, and where it truly is.
-struct Sample {
-  double time{0.0};  ///< [s] since the start
-  PerWheel<std::int64_t> ticks;
-  PerAxle<double> steering;  ///< [rad]
-  simulation::Pose truth;    ///< of base_link in odom
-};
-
-/// A drive to be recorded. True gains are those of the vehicle, unless they are drawn.
-struct DriveSettings {
-  std::string scenario;
-  double rate{20.0};                          ///< [Hz], wheels and steering together
-  double duration{0.0};                       ///< [s], 0: the scenario's
-  double speed_factor{1.0};                   ///< multiplies the scenario's speed
-  AxleSelection axles{AxleSelection::kBoth};  ///< tells a differential robot from a car
-  std::optional<NoiseModel> noise;            ///< none: exact but for rounding
-  bool draw_parameters{false};                ///< true parameters from noise->systematic, by the seed
-  std::uint64_t seed{1};
-  double substep{0.005};  ///< [s]
-};
-
-std::vector<Sample> record(const Vehicle& vehicle, const DriveSettings& settings);
-
-/// Runs the odometry over a recorded drive; every angle comes just before the wheels of its instant.
-using Visitor = std::function<void(const Sample&, const OdometryEstimate&)>;
-void replay(const OdometryConfiguration& configuration, const std::vector<Sample>& drive,
-            const Visitor& visit);
+using laboratory::DriveSettings;
+using laboratory::record;
+using laboratory::replay;
+using laboratory::Sample;
 
 /// What the odometry says of the motion from one sample to another, which need not be among the readings that
 /// it is given: each `every`-th sample from the first one on.

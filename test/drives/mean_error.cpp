@@ -77,7 +77,8 @@ Eigen::Vector3d meanError(const OdometryConfiguration& configuration, const std:
   Eigen::Vector3d error = Eigen::Vector3d::Zero();
   const Sample* from = nullptr;
   OdometryEstimate before;
-  replay(configuration, drive, [&](const Sample& to, const OdometryEstimate& estimate) {
+  replay(configuration, drive, [&](const Sample& to, const OdometryUpdate& update) {
+    const OdometryEstimate& estimate = update.estimate;
     if (from != nullptr) {
       const BodyMotion excess =
           step_mean.excess(readingsBetween(configuration.vehicle, step_mean, *from, to));

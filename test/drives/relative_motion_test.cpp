@@ -1,7 +1,8 @@
 // The motion between two stamps and its covariance against simulated drives: parts out of their middle, as a
 // pose graph asks for them.
 #include "cars.hpp"
-#include "monte_carlo.hpp"
+#include "drive.hpp"
+#include "motions.hpp"
 
 #include <gtest/gtest.h>
 
@@ -39,8 +40,8 @@ class Motions : public testing::TestWithParam<std::tuple<Part, bool>> {
  protected:
   Motions() : part_(std::get<0>(GetParam())), drawn_(std::get<1>(GetParam())) {}
 
-  MonteCarloSettings settings() const {
-    MonteCarloSettings settings;
+  laboratory::StudySettings settings() const {
+    laboratory::StudySettings settings;
     settings.drives = kDrives;
     settings.drive.scenario = part_.scenario;
     settings.drive.rate = kRate;
@@ -48,7 +49,7 @@ class Motions : public testing::TestWithParam<std::tuple<Part, bool>> {
     settings.drive.seed = kFirstSeed;
     settings.drive.duration = part_.to + 1.0;  // the part is not the end
     settings.drive.noise = NoiseModel();
-    settings.drive.draw_parameters = drawn_;
+    if (drawn_) settings.drive.draw_gains = settings.drive.noise->systematic;
     for (const AxleSelection axles : {AxleSelection::kBoth, AxleSelection::kRear}) {
       settings.odometries.push_back(odometryOf(cycab(AxleGeometry::kAckermann, 1e-5), axles));
       if (!drawn_) settings.odometries.back().noise.systematic = {0.0, 0.0, 0.0, 0.0};
@@ -61,15 +62,15 @@ class Motions : public testing::TestWithParam<std::tuple<Part, bool>> {
 };
 
 TEST_P(Motions, meanNeesIsThree) {
-  const MonteCarloSettings drives = settings();
-  const std::vector<EndErrors> results = simulateMotions(drives, samplesOf(part_));
+  const laboratory::StudySettings drives = settings();
+  const std::vector<laboratory::Consistency> results = studyMotions(drives, samplesOf(part_));
   for (std::size_t k = 0; k < results.size(); ++k) {
     const char* axles = name(drives.odometries[k].options.axles);
     std::cout << part_.scenario << ", " << part_.from << " s to " << part_.to << " s"
               << (drawn_ ? ", parameters drawn" : ", noise only") << ", axles " << axles << ", " << kDrives
               << " drives, seeds from " << kFirstSeed << " on: mean NEES " << results[k].meanNees()
-              << ", standard deviation of the heading " << std::sqrt(results[k].covariance()(2, 2)) << " rad"
-              << std::endl;
+              << ", standard deviation of the heading " << std::sqrt(results[k].errorCovariance()(2, 2))
+              << " rad" << std::endl;
     // The mean of N chi-squares of 3 degrees of freedom: 3 +/- 3.29 sqrt(6/N) at 99.9 %.
     EXPECT_NEAR(results[k].meanNees(), 3.0, 3.29 * std::sqrt(6.0 / static_cast<double>(kDrives))) << axles;
   }

@@ -76,14 +76,17 @@ class Install(unittest.TestCase):
             f"for f in {self.prefix}/lib/bs_car_odometry/* {self.prefix}/lib/*.so; do ldd $f 2>/dev/null || true; done"))
 
     def test_tools_run(self):
-        """simulate, replay_bag and plot_odometry from the install space, with an installed vehicle file."""
+        """simulate, replay_bag, plot_odometry and consistency from the install space, with an installed vehicle file."""
         output = self.run_installed("""
             config=$(rospack find bs_car_odometry)/config/cycab.yaml
             rosrun bs_car_odometry simulate --scenario circle --config $config --output drive.bag
             rosrun bs_car_odometry replay_bag drive.bag --config $config --output odometry.bag
-            rosrun bs_car_odometry plot_odometry odometry.bag --truth drive.bag --output path.png""")
+            rosrun bs_car_odometry plot_odometry odometry.bag --truth drive.bag --output path.png
+            rosrun bs_car_odometry consistency --scenario fig4 --config $config --runs 10 --picture nees.png""")
         self.assertIn("end drift", output)
-        self.assertGreater((self.home / "path.png").stat().st_size, 10000)
+        self.assertIn("| fig4 | ackermann | both |", output)
+        for picture in ("path.png", "nees.png"):
+            self.assertGreater((self.home / picture).stat().st_size, 10000)
 
     def test_demo_launch_runs(self):
         """roslaunch finds the nodelet, the simulated car, the vehicle file, and the drive is recorded."""

@@ -359,6 +359,20 @@ TEST(Overrides, unknownPathsAreErrorsAllListed) {
   EXPECT_THAT(message, HasSubstr("the nearest is noise/wheel"));
 }
 
+TEST(Words, areAllThatAParameterTakes) {
+  EXPECT_THAT(parameterWords("odometry/axles"), ElementsAre("both", "front", "rear"));
+  EXPECT_THAT(parameterWords("noise/wheel"), IsEmpty());
+  EXPECT_THROW(parameterWords("odometry/axels"), ParameterError);
+}
+
+TEST(Words, thatOfAParameterIsTheOneItWasGiven) {
+  for (const std::string path : {"odometry/axles", "vehicle/axle_geometry"})
+    for (const std::string& word : parameterWords(path))
+      EXPECT_EQ(parameterWord(load(kMinimalVehicle, {{path, word}}).parameters, path), word);
+  EXPECT_EQ(parameterWord(load(kMinimalVehicle).parameters, "odometry/axles"), "both");
+  EXPECT_EQ(parameterWord(Parameters(), "noise/wheel"), "");
+}
+
 TEST(ParameterTree, mayBeEmptyOrUndefined) {
   EXPECT_THROW(loadParameters(YAML::Node()), ParameterError);
   EXPECT_THROW(loadParameters(YAML::Node(YAML::NodeType::Undefined)), ParameterError);

@@ -101,6 +101,8 @@ class WheelFit {
   double commonTravel(const FitEquations& equations, const StepReadings& readings) const;
   FitCovariance pathNoise(const FitEquations& equations, double travel, double rear_slope) const;
   void setResiduals(const FitSolution& fit, FitResiduals& residuals) const;
+  void subtractSteeringOfOtherSteps(const FitSolution& fit, const Eigen::Array2d& V, double rear_slope,
+                                    Eigen::Matrix3d& step_covariance) const;
   Eigen::Matrix<double, 2, 3> J_motion_steering(const FitMatrix<3>& H, const FitSolution& fit) const;
   void setSensitivity(const FitMatrix<3>& H, const FitSolution& fit, const StepReadings& readings,
                       double rear_slope, SystematicSensitivity& J) const;
@@ -115,6 +117,7 @@ class WheelFit {
   double lateral_variance_;    ///< of an axle's side slip,
   double sensor_variance_;     ///< of its angle's error times its travel,
   double law_variance_;        ///< of the rear law's error times the rear axle's travel
+  double correlation_length_;  ///< of both [m]
   int wheels_used_;
   bool shared_sensor_;  ///< the rear angle follows from the front reading
 };

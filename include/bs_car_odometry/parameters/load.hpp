@@ -36,4 +36,11 @@ YAML::Node loadParameterFile(const std::string& path,
 /// Paths of every known parameter, with slashes, in the order of the documentation.
 std::vector<std::string> parameterPaths();
 
+/// The words out of which a parameter ("odometry/axles") takes one; none for any other kind of parameter.
+/// @throws ParameterError when there is no such parameter
+std::vector<std::string> parameterWords(const std::string& path);
+
+/// The word that such a parameter has in `parameters`.
+std::string parameterWord(Parameters parameters, const std::string& path);
+
 }  // namespace bs_car_odometry
