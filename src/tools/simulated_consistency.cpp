@@ -88,7 +88,8 @@ Request parse(int argc, const char* const* argv) {
       "Published covariances against the truth of many simulated drives, from a known start: mean NEES of\n"
       "pose and twist, and how many true poses lie within 1, 2 and 3 sigma. One line for each scenario, "
       "axle\n"
-      "geometry, choice of axles and method; all odometries of a scenario read the same drives.\n\n"
+      "geometry, choice of axles and method; all odometries of a scenario read the same drives.\n"
+      "Over recorded drives: consistency --recorded FOLDER --help.\n\n"
       "scenarios:\n" +
       simulation::scenarioDescriptions();
   parseCommandLine(argc, argv, usage, optionsFor(request));
