@@ -17,7 +17,8 @@ void countInside(double square, const std::array<double, 3>& regions, SigmaCount
     if (square <= regions[k]) ++counts[k];
 }
 
-void addCounts(const SigmaCounts& from, SigmaCounts& to) {
+template <typename Values>
+void addTo(Values& to, const Values& from) {
   for (std::size_t k = 0; k < to.size(); ++k) to[k] += from[k];
 }
 
@@ -29,6 +30,7 @@ Judgement judge(const OdometryEstimate& estimate, const simulation::Pose& truth)
   judgement.variance = estimate.pose_covariance.diagonal();
   judgement.nees = exponentialNees(estimate, truth);
   judgement.plain_nees = plainNees(estimate, truth);
+  judgement.expected_region = judgement.expected_plain_region = sigmaShares();
   return judgement;
 }
 
@@ -52,6 +54,8 @@ void Consistency::add(const Judgement& judgement) {
                 components_[static_cast<std::size_t>(i)]);
   countInside(judgement.nees, regions, region_);
   countInside(judgement.plain_nees, regions, plain_region_);
+  addTo(expected_region_, judgement.expected_region);
+  addTo(expected_plain_region_, judgement.expected_plain_region);
 }
 
 void Consistency::merge(const Consistency& other) {
@@ -65,9 +69,11 @@ void Consistency::merge(const Consistency& other) {
   plain_nees_ += other.plain_nees_;
   twist_nees_ += other.twist_nees_;
   twist_nees_square_ += other.twist_nees_square_;
-  for (std::size_t i = 0; i < components_.size(); ++i) addCounts(other.components_[i], components_[i]);
-  addCounts(other.region_, region_);
-  addCounts(other.plain_region_, plain_region_);
+  for (std::size_t i = 0; i < components_.size(); ++i) addTo(components_[i], other.components_[i]);
+  addTo(region_, other.region_);
+  addTo(plain_region_, other.plain_region_);
+  addTo(expected_region_, other.expected_region_);
+  addTo(expected_plain_region_, other.expected_plain_region_);
 }
 
 Eigen::Matrix3d Consistency::errorCovariance() const {
@@ -91,7 +97,33 @@ std::array<double, 3> Consistency::share(const SigmaCounts& inside) const {
   return shares;
 }
 
+std::array<double, 3> Consistency::mean(std::array<double, 3> sums) const {
+  for (double& sum : sums) sum /= count();
+  return sums;
+}
+
 namespace {
+
+/// Where the method carries particles, they say how many poses lie within each region.
+void expectParticles(const OdometryEstimate& estimate, const PoseUncertainty& uncertainty,
+                     Judgement& judgement) {
+  const std::size_t particles = uncertainty.particles();
+  if (particles == 0) return;
+  const std::array<double, 3> regions = sigmaRegions(3.0);
+  SigmaCounts region{};
+  SigmaCounts plain_region{};
+  for (std::size_t i = 0; i < particles; ++i) {
+    const Pose2 particle = uncertainty.particle(i);
+    const simulation::Pose pose{particle.x, particle.y, particle.yaw};
+    countInside(exponentialNees(estimate, pose), regions, region);
+    countInside(plainNees(estimate, pose), regions, plain_region);
+  }
+  for (std::size_t k = 0; k < regions.size(); ++k) {
+    judgement.expected_region[k] = static_cast<double>(region[k]) / static_cast<double>(particles);
+    judgement.expected_plain_region[k] =
+        static_cast<double>(plain_region[k]) / static_cast<double>(particles);
+  }
+}
 
 /// A drive's samples at which it is judged: the first ones at 1/n, 2/n, ... of its way, and the last one.
 struct Places {
@@ -125,10 +157,10 @@ class Judge {
  public:
   Judge(const Places& places, ConsistencyOverDistance& results) : places_(places), results_(results) {}
 
-  void see(const Sample& sample, const OdometryUpdate& update) {
+  void see(const Sample& sample, const OdometryUpdate& update, const PoseUncertainty& uncertainty) {
     judgeTwist(sample, update);
     for (; place_ < places_.samples.size() && places_.samples[place_] == seen_; ++place_)
-      judgePose(sample, update.estimate);
+      judgePose(sample, update.estimate, uncertainty);
     ++seen_;
     before_ = sample.truth;
   }
@@ -142,8 +174,9 @@ class Judge {
     ++twists_;
   }
 
-  void judgePose(const Sample& sample, const OdometryEstimate& estimate) {
+  void judgePose(const Sample& sample, const OdometryEstimate& estimate, const PoseUncertainty& uncertainty) {
     Judgement judgement = judge(estimate, sample.truth);
+    expectParticles(estimate, uncertainty, judgement);
     judgement.distance = places_.distances[place_];
     judgement.twists = twists_;
     if (twists_ > 0) judgement.twist_nees = twist_nees_ / static_cast<double>(twists_);
@@ -174,8 +207,8 @@ void judgeDrive(const StudySettings& settings, std::size_t number, Results& resu
   const Places places = placesOf(drive, settings.places);
   for (std::size_t k = 0; k < settings.odometries.size(); ++k) {
     Judge judge(places, results[k]);
-    replay(settings.odometries[k], drive,
-           [&judge](const Sample& sample, const OdometryUpdate& update) { judge.see(sample, update); });
+    OdometryPipeline pipeline(settings.odometries[k]);
+    for (const Sample& sample : drive) judge.see(sample, step(pipeline, sample), pipeline.uncertainty());
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <ostream>
@@ -24,6 +25,12 @@ std::string text(const char* format, double value) {
 std::string percentages(const std::array<double, 3>& shares) {
   return text("%.1f", 100.0 * shares[0]) + text(" %.1f", 100.0 * shares[1]) +
          text(" %.1f", 100.0 * shares[2]);
+}
+
+/// The truths' shares; with particles also theirs, which need not be those of a Gaussian.
+std::string coverage(const std::array<double, 3>& truths, const std::array<double, 3>& expected) {
+  const bool particles = std::abs(expected[0] - laboratory::sigmaShares()[0]) > 1e-9;
+  return percentages(truths) + (particles ? " (particles " + percentages(expected) + ")" : "");
 }
 
 /// Smallest and largest mean NEES while the heading is known well enough; a mark where one is outside.
@@ -56,6 +63,8 @@ void writeCsvPlace(std::ostream& out, const Consistency& place) {
     out << text(",%.4f", value);
   writeShares(out, place.regionCoverage());
   writeShares(out, place.plainRegionCoverage());
+  writeShares(out, place.expectedRegionCoverage());
+  writeShares(out, place.expectedPlainRegionCoverage());
   for (Eigen::Index i = 0; i < 3; ++i) writeShares(out, place.componentCoverage(i));
   out << '\n';
 }
@@ -85,15 +94,17 @@ void writeTableRow(std::ostream& out, const ConsistencyRow& row) {
       << " | " << text("%.3f", end.sigma().z()) << " | " << neesWithinLimit(row.results) << " | "
       << text("%.2f", end.meanNees()) << " | " << text("%.2f", end.meanPlainNees()) << " | "
       << text("%.2f", end.meanTwistNees()) << text(" +/- %.2f", end.twistNeesStandardError()) << " | "
-      << percentages(end.regionCoverage()) << " | " << percentages(end.plainRegionCoverage()) << " |"
-      << std::endl;
+      << coverage(end.regionCoverage(), end.expectedRegionCoverage()) << " | "
+      << coverage(end.plainRegionCoverage(), end.expectedPlainRegionCoverage()) << " |" << std::endl;
 }
 
 void writeCsvHead(std::ostream& out) {
   out << "scenario,axle_geometry,axles,method,drives,distance,sigma_x,sigma_y,sigma_yaw,deviation_x,"
          "deviation_y,deviation_yaw,mean_error_x,mean_error_y,mean_error_yaw,nees,nees_low,nees_high,"
          "plain_nees,twist_nees,twist_nees_standard_error";
-  for (const char* name : {"region", "plain_region", "x", "y", "yaw"}) out << shareNames(name);
+  for (const char* name :
+       {"region", "plain_region", "expected_region", "expected_plain_region", "x", "y", "yaw"})
+    out << shareNames(name);
   out << '\n';
 }
 

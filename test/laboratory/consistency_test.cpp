@@ -1,5 +1,6 @@
 #include "bs_car_odometry/laboratory/consistency.hpp"
 
+#include "bs_car_odometry/laboratory/chi_square.hpp"
 #include "cars.hpp"
 
 #include <gtest/gtest.h>
@@ -105,6 +106,23 @@ TEST(StudyConsistency, progressEndsWithEveryDrive) {
   };
   studyConsistency(study);
   EXPECT_EQ(last, 300u);
+}
+
+/// A Gaussian believes in its own shares; particles count themselves, 1/200 of them at a time.
+TEST(StudyConsistency, theMethodSaysWhatSharesItBelieves) {
+  StudySettings study = studyOf({cycabOdometry(), cycabOdometry()}, "fig4");
+  study.odometries[1].options.uncertainty = Uncertainty::kMonteCarlo;
+  study.odometries[1].options.particles.count = 200;
+  study.drive.duration = 3.0;
+  study.drives = 2;
+  const auto results = studyConsistency(study);
+  EXPECT_EQ(results[0][0].expectedRegionCoverage(), sigmaShares());
+  const std::array<double, 3> believed = results[1][0].expectedRegionCoverage();
+  EXPECT_NE(believed, sigmaShares());
+  // Early in a drive the cloud is nearly Gaussian: 4 standard deviations of a share of 200 particles.
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(believed[k], sigmaShares()[k],
+                4.0 * std::sqrt(sigmaShares()[k] * (1.0 - sigmaShares()[k]) / 200.0));
 }
 
 TEST(StudyConsistency, nonsenseIsRefused) {

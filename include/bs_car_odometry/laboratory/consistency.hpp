@@ -20,6 +20,11 @@ struct Judgement {
   double plain_nees{0.0};    ///< of the pose in (x, y, yaw)
   double twist_nees{0.0};    ///< mean over the moving steps since the place before
   std::size_t twists{0};     ///< how many those are; none: no twist_nees
+
+  /// Shares of the poses that the method itself believes to lie within 1, 2 and 3 sigma of the published one,
+  /// by (N1) and in (x, y, yaw): those of a Gaussian, or of its particles.
+  std::array<double, 3> expected_region{};
+  std::array<double, 3> expected_plain_region{};
 };
 
 /// The pose of one estimate against the truth; without distance and twists.
@@ -54,10 +59,14 @@ class Consistency {
   std::array<double, 3> componentCoverage(Eigen::Index component) const;   ///< 0: x, 1: y, 2: yaw
   std::array<double, 3> regionCoverage() const { return share(region_); }  ///< by (N1)
   std::array<double, 3> plainRegionCoverage() const { return share(plain_region_); }
+  /// What the method believes these shares to be, mean over the drives.
+  std::array<double, 3> expectedRegionCoverage() const { return mean(expected_region_); }
+  std::array<double, 3> expectedPlainRegionCoverage() const { return mean(expected_plain_region_); }
 
  private:
   double count() const { return static_cast<double>(drives_); }
   std::array<double, 3> share(const SigmaCounts& inside) const;
+  std::array<double, 3> mean(std::array<double, 3> sums) const;
 
   std::size_t drives_{0};
   std::size_t twist_drives_{0};
@@ -72,6 +81,8 @@ class Consistency {
   std::array<SigmaCounts, 3> components_{};
   SigmaCounts region_{};
   SigmaCounts plain_region_{};
+  std::array<double, 3> expected_region_{};
+  std::array<double, 3> expected_plain_region_{};
 };
 
 /// Many noisy drives of one scenario and vehicle; every odometry reads the same ones.
