@@ -17,7 +17,7 @@ struct ConsistencyRow {
 };
 
 /// Beyond this standard deviation of the heading [rad] no matrix describes the poses any more, whatever its
-/// coordinates (docs/model.md, 5.4): rows are judged up to there.
+/// coordinates (docs/model.md, 5.7): rows are judged up to there.
 constexpr double kHeadingLimit = 0.2;
 
 /// The table as Markdown: its head, then line by line.
