@@ -34,6 +34,7 @@ METHODS = (
     Method("first_order", "first order (S1), \"EKF\"", {"color": results.BLUE, "linestyle": "--"}),
     Method("exact_moments", "exact moments (S4')", {"color": results.GREEN}),
     Method("closed_form", "closed form with cross terms (S3)", {"color": results.PURPLE, "linestyle": "-."}),
+    Method("monte_carlo", "particles (5'), about their mean", {"color": results.ORANGE, "linestyle": ":"}),
     Method("paper2_simplified", "paper 2, simplified (S2)", {"color": results.RED}),
 )
 
