@@ -46,11 +46,6 @@ Eigen::Vector2d ExactMoments::lag() const {
   return noiseLag() + Eigen::Vector2d(nodes.real(), nodes.imag());
 }
 
-Pose2 ExactMoments::expectedPose() const {
-  const Eigen::Vector2d position = dead_reckoned_.position() + lag();
-  return {position.x(), position.y(), dead_reckoned_.yaw};
-}
-
 Eigen::Matrix3d ExactMoments::central() const {
   Eigen::Matrix3d central = total();
   const Eigen::Vector2d offset = lag();

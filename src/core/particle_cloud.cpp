@@ -1,5 +1,6 @@
 #include "bs_car_odometry/core/particle_cloud.hpp"
 
+#include "bs_car_odometry/core/first_order_covariance.hpp"
 #include "bs_car_odometry/core/particle_draws.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -18,7 +19,6 @@ enum Purpose : std::uint32_t {
   kOtherNoise,      ///< and those after it, one for each source
   kHeldErrors = 8,  ///< and one after it
   kInitialPose = 10,
-  kInflation,
   kParameters  ///< and those after it
 };
 
@@ -101,6 +101,7 @@ void ParticleCloud::forEachBlock(const Work& work) {
 void ParticleCloud::reset(const Pose2& pose, const Eigen::Matrix3d& covariance) {
   step_ = 0;
   reference_ = pose;
+  unseen_.setZero();
   for (std::vector<double>* values : {&x_, &y_, &yaw_}) std::fill(values->begin(), values->end(), 0.0);
   drawParameters();
   for (const Axle axle : kAllAxles) held_[axle].restart();
@@ -111,11 +112,6 @@ void ParticleCloud::reset(const Pose2& pose, const Eigen::Matrix3d& covariance) 
                           block.count);
   });
   addDraws(covariance, kInitialPose);
-}
-
-void ParticleCloud::inflate(const Eigen::Matrix3d& covariance) {
-  ++step_;
-  addDraws(covariance, kInflation);
 }
 
 void ParticleCloud::setSystematic(const SystematicPrior& prior) {
@@ -181,6 +177,7 @@ void ParticleCloud::advance(const UncertainStep& step) {
   if (stands && step.increment.motion.isZero(0.0)) return;
   ++step_;
   reference_ = step.moved.pose;
+  advanceNoise(step.moved, Eigen::Matrix3d::Zero(), unseen_);
   const ParticlePlan plan = planner_.plan(step);
   for (const Axle axle : kAllAxles) held_step_[axle] = held_[axle].take(plan.angle_path[axle]);
   forEachBlock([&, this](const Block& block, Workspace& w) { move(plan, block, w); });

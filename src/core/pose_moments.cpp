@@ -14,6 +14,22 @@ double oneMinusExp(double z) {
   return z * (1.0 - z / 2.0 * (1.0 - z / 3.0 * (1.0 - z / 4.0 * (1.0 - z / 5.0))));
 }
 
+/// How far expectations of e^{i theta} fall short of 1. All of them are close to 1 for a drive that is known
+/// well, so their complements are what is worked with.
+struct Attenuation {
+  double E1;           ///< e^{-s2/2}
+  double turn_loss;    ///< 1 - e^{-s2 - lambda s}
+  double square_loss;  ///< 1 - e^{-s2 - lambda^2 s}
+};
+
+Attenuation attenuation(double heading_variance, double turn_variance, double lambda) {
+  const double complement = std::expm1(-0.5 * heading_variance);
+  const double E1 = 1.0 + complement;
+  const double heading_loss = -complement * (2.0 + complement);  // 1 - e^{-s2}
+  const auto lossWith = [&](double z) { return heading_loss + E1 * E1 * oneMinusExp(z); };
+  return {E1, lossWith(lambda * turn_variance), lossWith(lambda * lambda * turn_variance)};
+}
+
 }  // namespace
 
 GaussianStep GaussianStep::ofBody(const BodyMotion& t, const Eigen::Matrix3d& P) {
@@ -51,8 +67,7 @@ void PoseMoments::makeGaussian() {
   backward_ = -forward_;
 }
 
-/// (S4') with lambda in the place of its 1/2. All exponentials of the heading's variance are close to 1 for a
-/// drive that is known well, so their complements are what is worked with.
+/// (S4') with lambda in the place of its 1/2.
 void PoseMoments::advance(const GaussianStep& step) {
   const double lambda = step.direction;
   const Complex D = step.displacement;
@@ -61,12 +76,7 @@ void PoseMoments::advance(const GaussianStep& step) {
   const double V = step.covariance(0, 0) + step.covariance(1, 1);
   const Complex K(step.covariance(0, 0) - step.covariance(1, 1), 2.0 * step.covariance(0, 1));
 
-  const double E1_complement = std::expm1(-0.5 * heading_variance_);
-  const double E1 = 1.0 + E1_complement;                                                    // e^{-s2/2}
-  const double heading_loss = -E1_complement * (2.0 + E1_complement);                       // 1 - e^{-s2}
-  const auto lossWith = [&](double z) { return heading_loss + E1 * E1 * oneMinusExp(z); };  // 1 - e^{-s2 - z}
-  const double turn_loss = lossWith(lambda * s);
-  const double square_loss = lossWith(lambda * lambda * s);
+  const auto [E1, turn_loss, square_loss] = attenuation(heading_variance_, s, lambda);
   const double direction = heading_ + lambda * step.turn;
   const Complex R =
       Complex(std::cos(direction), std::sin(direction)) * (1.0 - oneMinusExp(0.5 * lambda * lambda * s));

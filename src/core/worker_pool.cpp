@@ -3,10 +3,17 @@
 namespace bs_car_odometry {
 
 WorkerPool::WorkerPool(std::size_t threads) {
-  for (std::size_t k = 1; k < threads; ++k) workers_.emplace_back([this, k] { work(k); });
+  try {
+    for (std::size_t k = 1; k < threads; ++k) workers_.emplace_back([this, k] { work(k); });
+  } catch (...) {  // no more threads to be had: those that run must end before they are destroyed
+    stop();
+    throw;
+  }
 }
 
-WorkerPool::~WorkerPool() {
+WorkerPool::~WorkerPool() { stop(); }
+
+void WorkerPool::stop() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stop_ = true;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -63,7 +64,10 @@ void runInParallel(std::size_t count, unsigned threads, const std::function<void
   const std::size_t wanted = threads > 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
   Queue queue(count, finished);
   std::vector<std::thread> workers;
-  for (std::size_t i = 1; i < std::min(wanted, count); ++i) workers.emplace_back([&] { queue.work(task); });
+  try {
+    for (std::size_t i = 1; i < std::min(wanted, count); ++i) workers.emplace_back([&] { queue.work(task); });
+  } catch (const std::system_error&) {  // no more threads to be had: those there are will do
+  }
   queue.work(task);
   for (std::thread& worker : workers) worker.join();
   queue.rethrow();

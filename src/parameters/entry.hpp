@@ -68,11 +68,10 @@ inline Range above(double low, double high, std::string unit = "") {
   return {low, high, false, std::move(unit)};
 }
 
-/// The words that a parameter knows, with their values, and those only a later version will know.
+/// The words that a parameter knows, with their values.
 template <typename Value>
 struct Choices {
   std::vector<std::pair<std::string, Value>> words;
-  std::vector<std::string> not_yet{};
 };
 
 Entry number(const std::string& path, double& member, const Range& range);
@@ -139,7 +138,7 @@ Entry choice(const std::string& path, Value& member, Choices<Value> choices) {
       member = value;
       return "";
     }
-    return detail::contains(choices.not_yet, node.Scalar()) ? detail::kNotSupported : "is not known";
+    return "is not known";
   };
   Entry entry{path, detail::wordsText(words), read};
   entry.words = words;

@@ -156,13 +156,15 @@ class Comparison {
     return DeadReckoning(drive_, parameters).run();
   }
 
-  /// Poses of the odometry with a truth; the first of all must have one.
+  /// Poses of the odometry with a truth; the first of all must have one, as that is where both begin.
   std::vector<std::size_t> posesWithTruth() const {
     std::vector<std::size_t> poses;
     for (std::size_t i = 0; i < path_.size(); ++i)
       if (drive_.truthAt(path_[i].stamp, parameters_.limits.max_gap)) poses.push_back(i);
     if (poses.size() < 2 || poses.front() != 0)
-      throw InputError(drive_.name + ": odometry and true poses do not overlap in time");
+      throw InputError(
+          drive_.name +
+          ": no true poses around the beginning of the odometry that are closer together than max_gap");
     return poses;
   }
 
@@ -170,6 +172,10 @@ class Comparison {
   void choosePlaces() {
     const std::vector<std::size_t> poses = posesWithTruth();
     const double length = path_[poses.back()].travelled;
+    if (!(length > 0.0)) {  // parked: its end alone
+      places_.push_back(poses.back());
+      return readTruth();
+    }
     const double marks =
         std::clamp(std::round(length / settings_.spacing), 1.0, static_cast<double>(settings_.most_places));
     double next = length / marks;

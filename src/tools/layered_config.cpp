@@ -1,16 +1,25 @@
 #include "layered_config.hpp"
 
+#include "bs_car_odometry/parameters/load.hpp"
 #include "tool.hpp"
 
 #include <yaml-cpp/yaml.h>
+
+#include <algorithm>
 
 namespace bs_car_odometry::tools {
 
 namespace {
 
+/// The value of a parameter may be a map itself: a distribution.
+bool isParameter(const std::string& path) {
+  static const std::vector<std::string> kPaths = parameterPaths();
+  return std::find(kPaths.begin(), kPaths.end(), path) != kPaths.end();
+}
+
 /// Adds the values of a tree as settings, "path=value".
 void flatten(const YAML::Node& node, const std::string& path, std::vector<std::string>& settings) {
-  if (!node.IsMap()) {
+  if (!node.IsMap() || isParameter(path)) {
     YAML::Emitter value;
     value << YAML::Flow << node;
     settings.push_back(path + "=" + value.c_str());

@@ -78,7 +78,6 @@ class LinearisedRuns {
 
   const std::vector<RecordedRun>& runs() const { return runs_; }
   const std::vector<DriveErrors>& errors() const { return errors_; }
-  const NoiseUnknowns& unknowns() const { return unknowns_; }
   std::size_t wheelsOf(std::size_t run) const { return wheels_of_[run]; }
   std::size_t recordingOf(std::size_t run) const { return recording_of_[run]; }
   std::size_t recordings() const { return recordings_.size(); }

@@ -1,5 +1,7 @@
 #include "recorded_consistency.hpp"
 
+#include "bs_car_odometry/laboratory/parallel.hpp"
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -65,24 +67,27 @@ class Judge {
   Eigen::VectorXd systematic_;       ///< variances of the gains between recordings
 };
 
+/// Each run, and then each recording, on whatever processor is free.
 std::vector<JudgedRun> judgeAll(const LinearisedRuns& runs, const VarianceFit& fit) {
-  std::vector<JudgedRun> judged;
-  Progress progress("leaving runs out", static_cast<double>(runs.runs().size() + runs.recordings()));
-  double done = 0.0;
-  for (std::size_t i = 0; i < runs.runs().size(); ++i) {
+  const std::size_t count = runs.runs().size();
+  std::vector<JudgedRun> judged(count);
+  const auto leaveRunOut = [&](std::size_t i) {
     const RecordedRun& run = runs.runs()[i];
     const Judge others(runs, fit, [i](std::size_t other) { return other != i; });
-    judged.push_back(
-        {run.drive.name, run.wheels, run.recording, runs.errors()[i].distance, others(i), EndJudgement()});
-    progress.update(++done);
-  }
-  for (std::size_t recording = 0; recording < runs.recordings(); ++recording) {
+    judged[i] = {run.drive.name, run.wheels,    run.recording, runs.errors()[i].distance,
+                 others(i),      EndJudgement()};
+  };
+  const auto leaveRecordingOut = [&](std::size_t recording) {
     const auto elsewhere = [&](std::size_t run) { return runs.recordingOf(run) != recording; };
     const Judge others(runs, fit, elsewhere);
-    for (std::size_t i = 0; i < judged.size(); ++i)
+    for (std::size_t i = 0; i < count; ++i)
       if (!elsewhere(i)) judged[i].without_recording = others(i);
-    progress.update(++done);
-  }
+  };
+  Progress progress("leaving runs out", static_cast<double>(count + runs.recordings()));
+  laboratory::runInParallel(count, 0, leaveRunOut,
+                            [&](std::size_t done) { progress.update(static_cast<double>(done)); });
+  laboratory::runInParallel(runs.recordings(), 0, leaveRecordingOut,
+                            [&](std::size_t done) { progress.update(static_cast<double>(count + done)); });
   return judged;
 }
 
@@ -142,6 +147,8 @@ double shareBelow(double limit, const std::vector<JudgedRun>& runs, EndJudgement
 RecordedConsistency judgeRecordedRuns(const std::vector<RecordedRun>& runs, const Parameters& parameters,
                                       const NoiseFitSettings& settings) {
   const auto [linearised, fit] = linearisedFit(runs, parameters, settings);
+  if (linearised.recordings() < 2)
+    throw InputError("runs of at least two recordings are needed, so that one can be judged by the others");
   return {linearised.describe(fit), judgeAll(linearised, fit), repeatedPaths(linearised, fit)};
 }
 

@@ -5,6 +5,8 @@
 #include "recorded_folder.hpp"
 #include "tool.hpp"
 
+#include <boost/optional.hpp>
+
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -26,7 +28,8 @@ struct Request {
   std::string list;
   std::string entry;
   double longer_than{1.0};
-  NoiseFitSettings fit;
+  boost::optional<double> truth_sigma;
+  boost::optional<double> truth_yaw_sigma;
   std::string csv;
 };
 
@@ -43,11 +46,10 @@ Request parse(int argc, const char* const* argv) {
       "YAML file that says how folders are read: options of csv_to_bag, runs on other wheels");
   add("entry", po::value(&request.entry), "of that file (default: the folder's name)");
   add("longer-than", po::value(&request.longer_than)->default_value(1.0), "leave shorter runs out [m]");
-  ErrorSettings& errors = request.fit.errors;
-  add("truth-sigma", po::value(&errors.truth_position)->default_value(errors.truth_position),
-      "standard deviation of a true position [m]");
-  add("truth-yaw-sigma", po::value(&errors.truth_yaw)->default_value(errors.truth_yaw),
-      "of a true yaw [rad]");
+  add("truth-sigma", po::value(&request.truth_sigma),
+      "standard deviation of a true position [m] (default: laser_sigma/position)");
+  add("truth-yaw-sigma", po::value(&request.truth_yaw_sigma),
+      "of a true yaw [rad] (default: laser_sigma/yaw)");
   add("csv", po::value(&request.csv), "write every run here");
   parseCommandLine(
       argc, argv,
@@ -57,6 +59,18 @@ Request parse(int argc, const char* const* argv) {
       "end\nposition; 39 % of the runs lie below 1 and 99.7 % below 11.8 where the covariance is right.",
       options);
   return request;
+}
+
+double positive(double value, const std::string& option) {
+  if (!(value > 0.0 && value < 1e3)) throw InputError("--" + option + " must be above 0");
+  return value;
+}
+
+NoiseFitSettings fitSettings(const Request& request, const LaserSigma& sigma) {
+  NoiseFitSettings settings;
+  settings.errors.truth_position = positive(request.truth_sigma.value_or(sigma.position), "truth-sigma");
+  settings.errors.truth_yaw = positive(request.truth_yaw_sigma.value_or(sigma.yaw), "truth-yaw-sigma");
+  return settings;
 }
 
 RecordedFolderSettings folderSettings(const Request& request) {
@@ -123,9 +137,11 @@ void recordedConsistency(int argc, const char* const* argv) {
   std::optional<AtomicOutput> csv;
   if (!request.csv.empty()) csv.emplace(request.csv);
   const Parameters parameters = loadVehicle(request.config, request.settings);
-  const std::vector<RecordedRun> runs = runsLongerThan(
-      request.longer_than, readRecordedFolder(request.folder, folderSettings(request)), parameters);
-  const RecordedConsistency judged = judgeRecordedRuns(runs, parameters, request.fit);
+  const std::vector<RecordedRun> runs =
+      runsLongerThan(positive(request.longer_than, "longer-than"),
+                     readRecordedFolder(request.folder, folderSettings(request)), parameters);
+  const RecordedConsistency judged =
+      judgeRecordedRuns(runs, parameters, fitSettings(request, parameters.laser_sigma));
   print(judged);
   if (!csv) return;
   std::ofstream file(csv->temporaryPath());

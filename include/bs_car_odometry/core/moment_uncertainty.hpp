@@ -19,9 +19,8 @@ class ExactMoments final : public PoseUncertainty {
   void setSystematic(const SystematicPrior& prior) override;
   void getTotal(Eigen::Matrix3d& total) const override;
 
-  /// Covariance about the expected pose, and that pose.
+  /// Covariance about the expected pose.
   Eigen::Matrix3d central() const;
-  Pose2 expectedPose() const;
 
   const PoseMoments& noise() const { return noise_; }
 

@@ -28,9 +28,10 @@ class ParticleCloud : public PoseUncertainty {
 
   void reset(const Pose2& pose, const Eigen::Matrix3d& covariance) override;
   void advance(const UncertainStep& step) override;
-  void inflate(const Eigen::Matrix3d& covariance) override;
+  /// Kept beside the cloud, to first order: a heading that may be anywhere would leave the particles no mean.
+  void inflate(const Eigen::Matrix3d& covariance) override { unseen_ += covariance; }
   void setSystematic(const SystematicPrior& prior) override;
-  void getTotal(Eigen::Matrix3d& total) const override { total = covariance_; }
+  void getTotal(Eigen::Matrix3d& total) const override { total = covariance_ + unseen_; }
 
   /// The expected pose, which lags behind the dead-reckoned one.
   std::optional<Pose2> mean() const override;
@@ -78,6 +79,7 @@ class ParticleCloud : public PoseUncertainty {
   std::vector<BlockMoments> moments_;  ///< one for each block
   Eigen::Vector3d mean_;               ///< of the departures
   Eigen::Matrix3d covariance_;
+  Eigen::Matrix3d unseen_{Eigen::Matrix3d::Zero()};  ///< of motion that was not seen
   std::vector<double> sorted_;
 };
 

@@ -30,6 +30,7 @@ class WorkerPool {
  private:
   using Call = void (*)(const void* job, std::size_t k);
 
+  void stop();
   void start(Call call, const void* job);
   void finish();
   void work(std::size_t k);
