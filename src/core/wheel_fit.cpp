@@ -129,7 +129,7 @@ WheelFit::WheelFit(const Vehicle& vehicle, const NoiseModel& noise)
       lateral_variance_(noise.lateral.variance()),
       sensor_variance_(noise.steering.angle.variance() * noise.steering.correlation_length),
       law_variance_(noise.rear_law.variance() * noise.steering.correlation_length),
-      correlation_length_(noise.steering.correlation_length),
+      per_correlation_length_(1.0 / noise.steering.correlation_length),
       wheels_used_(0),
       shared_sensor_(vehicle.rear_steering.source == RearSteering::Source::kPolynomial) {
   for (const Wheel wheel : kAllWheels) {
@@ -192,22 +192,28 @@ FitCovariance WheelFit::pathNoise(const FitEquations& equations, double travel, 
   setResiduals(fit, increment.residuals);
   increment.motion = fit.motion;
   increment.step_covariance = fit.P;
-  subtractSteeringOfOtherSteps(fit, equations.axle_ratio * travel, rear_slope, increment.step_covariance);
+  subtractSteeringOfOtherSteps(fit, equations.axle_ratio * travel, path_noise, increment.step_covariance);
 }
 
 /// R has the errors of the angles as if fresh in each step, so that they add up as they should; a shorter
-/// step than their correlation length has no more of them than itself: d/l of it.
+/// step than their correlation length has no more of them than itself: d/l of it. What R_0 has beyond the
+/// side slip is theirs.
 void WheelFit::subtractSteeringOfOtherSteps(const FitSolution& fit, const Eigen::Array2d& V,
-                                            double rear_slope, Eigen::Matrix3d& step_covariance) const {
-  const double excess = 1.0 - V(0) / correlation_length_;
-  if (excess <= 0.0 || V(0) <= 0.0) return;
-  Eigen::Matrix2d S = (excess * sensor_variance_ * V).matrix().asDiagonal();
-  if (shared_sensor_) {
-    S(0, 1) = S(1, 0) = excess * sensor_variance_ * rear_slope * V(1);
-    S(1, 1) = excess * (sensor_variance_ * rear_slope * rear_slope * V(1) / V(0) + law_variance_) * V(1);
+                                            const FitCovariance& path_noise,
+                                            Eigen::Matrix3d& step_covariance) const {
+  const double excess = 1.0 - V(0) * per_correlation_length_;
+  if (excess <= 0.0) return;
+  const Eigen::Array2d S = excess * (path_noise.axles - lateral_variance_ * V);
+  const double shared = excess * path_noise.shared;
+  const auto K = fit.Kt.bottomRows<2>();
+  for (Eigen::Index j = 0; j < 3; ++j) {
+    const double front = S(0) * K(0, j) + shared * K(1, j);
+    const double rear = shared * K(0, j) + S(1) * K(1, j);
+    for (Eigen::Index i = 0; i <= j; ++i) {
+      step_covariance(i, j) -= K(0, i) * front + K(1, i) * rear;
+      step_covariance(j, i) = step_covariance(i, j);
+    }
   }
-  const Eigen::Matrix<double, 2, 3> K = fit.Kt.bottomRows<2>();
-  step_covariance -= K.transpose() * S * K;
 }
 
 StepNoise WheelFit::noiseSources(const StepReadings& readings) const {

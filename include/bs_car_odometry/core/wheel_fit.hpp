@@ -101,23 +101,23 @@ class WheelFit {
   double commonTravel(const FitEquations& equations, const StepReadings& readings) const;
   FitCovariance pathNoise(const FitEquations& equations, double travel, double rear_slope) const;
   void setResiduals(const FitSolution& fit, FitResiduals& residuals) const;
-  void subtractSteeringOfOtherSteps(const FitSolution& fit, const Eigen::Array2d& V, double rear_slope,
-                                    Eigen::Matrix3d& step_covariance) const;
+  void subtractSteeringOfOtherSteps(const FitSolution& fit, const Eigen::Array2d& V,
+                                    const FitCovariance& path_noise, Eigen::Matrix3d& step_covariance) const;
   Eigen::Matrix<double, 2, 3> J_motion_steering(const FitMatrix<3>& H, const FitSolution& fit) const;
   void setSensitivity(const FitMatrix<3>& H, const FitSolution& fit, const StepReadings& readings,
                       double rear_slope, SystematicSensitivity& J) const;
 
   Vehicle vehicle_;
   FitGeometry geometry_;
-  Eigen::Array4d used_;        ///< 1 for a wheel with an encoder, else 0
-  Eigen::Array4d rounding_;    ///< variance of the counters' rounding [m^2], infinite without an encoder
-  Eigen::Array4d per_gain_;    ///< 1/k_i: measured travel before its gain
-  Eigen::Array4d half_track_;  ///< B/2 of the wheel's axle [m]
-  double wheel_variance_;      ///< variances for each metre of travel: of a wheel [m^2/m],
-  double lateral_variance_;    ///< of an axle's side slip,
-  double sensor_variance_;     ///< of its angle's error times its travel,
-  double law_variance_;        ///< of the rear law's error times the rear axle's travel
-  double correlation_length_;  ///< of both [m]
+  Eigen::Array4d used_;            ///< 1 for a wheel with an encoder, else 0
+  Eigen::Array4d rounding_;        ///< variance of the counters' rounding [m^2], infinite without an encoder
+  Eigen::Array4d per_gain_;        ///< 1/k_i: measured travel before its gain
+  Eigen::Array4d half_track_;      ///< B/2 of the wheel's axle [m]
+  double wheel_variance_;          ///< variances for each metre of travel: of a wheel [m^2/m],
+  double lateral_variance_;        ///< of an axle's side slip,
+  double sensor_variance_;         ///< of its angle's error times its travel,
+  double law_variance_;            ///< of the rear law's error times the rear axle's travel
+  double per_correlation_length_;  ///< of both [1/m]
   int wheels_used_;
   bool shared_sensor_;  ///< the rear angle follows from the front reading
 };
