@@ -24,6 +24,20 @@ constexpr double kReachOfTheRule = 0.5;
 /// The rectangle is driven at a fifth of the others' speed.
 double rateOf(const std::string& scenario) { return scenario == "rectangle" ? 4.0 : 20.0; }
 
+/// Relative standard errors of the particles' standard deviations of x, y, yaw: sqrt((kurtosis - 1)/(4 N)),
+/// which a bent cloud has more of than a Gaussian one.
+Eigen::Vector3d samplingErrors(const PoseUncertainty& cloud, const Pose2& mean) {
+  Eigen::Array3d second = Eigen::Array3d::Zero();
+  Eigen::Array3d fourth = Eigen::Array3d::Zero();
+  for (std::size_t i = 0; i < cloud.particles(); ++i) {
+    const Eigen::Array3d square = (cloud.particle(i).vector() - mean.vector()).array().square();
+    second += square;
+    fourth += square.square();
+  }
+  const auto n = static_cast<double>(cloud.particles());
+  return ((n * fourth / second.square() - 1.0) / (4.0 * n)).sqrt();
+}
+
 struct Case {
   std::string scenario;
   AxleSelection axles;
@@ -83,7 +97,9 @@ TEST_P(ExactMomentsAndParticles, agree) {
     std::cout << "  step " << i + 1 << ", particles " << drawn.transpose()
               << ", exact moments over them less 1: " << 100.0 * difference.transpose() << " %\n";
     if (drawn.z() > kReachOfTheRule) break;
-    for (Eigen::Index k = 0; k < 3; ++k) EXPECT_LT(std::abs(difference(k)), 0.01) << "component " << k;
+    const Eigen::Vector3d sampling = samplingErrors(particles.uncertainty(), particles.estimate().pose);
+    for (Eigen::Index k = 0; k < 3; ++k)  // 1 %, and 3 standard errors of the particles: 400 are compared
+      EXPECT_LT(std::abs(difference(k)), 0.01 + 3.0 * sampling(k)) << "component " << k;
     ++judged;
   }
   EXPECT_GT(judged, 0);
