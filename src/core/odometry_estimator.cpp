@@ -29,8 +29,8 @@ Eigen::Matrix3d bounded(const Eigen::Matrix3d& covariance) {
 
 /// False for values that are not finite, too.
 bool isUsable(const BodyIncrement& increment) {
-  // The entries of a covariance are no larger than its trace, and the sensitivities are made of what motion and
-  // covariance are made of.
+  // The entries of a covariance are no larger than its trace, and the sensitivities are made of what motion
+  // and covariance are made of.
   const double variances = increment.path_covariance.trace() + increment.step_covariance.trace();
   return increment.motion.squaredNorm() + variances < kLargest;
 }

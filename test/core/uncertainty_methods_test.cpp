@@ -157,7 +157,7 @@ TEST(Paper2Rectangle, T13Simplified) {
   EXPECT_EQ(checked, rows.size());
 }
 
-// --- T21, and the raw form against the central one ----------------------------------------------------------
+// --- T21, and the raw form against the central one -----------------------------------------------------
 
 struct SteeredStep {
   Eigen::Vector3d mean;  ///< of (D, eta, phi)
