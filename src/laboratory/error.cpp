@@ -29,14 +29,18 @@ double normalisedSquare(const Eigen::Vector3d& error, const Eigen::Matrix3d& cov
   return e.dot(correlation.solve(e));
 }
 
-double exponentialNees(const OdometryEstimate& estimate, const simulation::Pose& truth) {
-  Pose2 to_truth = inverse(estimate.pose) * asPose2(truth);
+double exponentialNees(const Pose2& estimate, const Eigen::Matrix3d& covariance, const Pose2& truth) {
+  Pose2 to_truth = inverse(estimate) * truth;
   to_truth.yaw = wrapAngle(to_truth.yaw);
-  const double c = std::cos(estimate.pose.yaw);
-  const double s = std::sin(estimate.pose.yaw);
+  const double c = std::cos(estimate.yaw);
+  const double s = std::sin(estimate.yaw);
   Eigen::Matrix3d Q = Eigen::Matrix3d::Identity();
   Q.topLeftCorner<2, 2>() << c, s, -s, c;
-  return normalisedSquare(log(to_truth), Q * estimate.pose_covariance * Q.transpose());
+  return normalisedSquare(log(to_truth), Q * covariance * Q.transpose());
+}
+
+double exponentialNees(const OdometryEstimate& estimate, const simulation::Pose& truth) {
+  return exponentialNees(estimate.pose, estimate.pose_covariance, asPose2(truth));
 }
 
 double plainNees(const OdometryEstimate& estimate, const simulation::Pose& truth) {

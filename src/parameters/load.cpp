@@ -85,19 +85,38 @@ void apply(const std::string& path, const YAML::Node& value, const Names& names,
   node[parts.back()] = value;
 }
 
-void applyOverrides(const std::vector<std::pair<std::string, std::string>>& overrides, YAML::Node& tree) {
-  Parameters parameters;
-  const Names names(schema::parameterSchema(parameters));
+/// Values by the paths of their parameters.
+using Values = std::vector<std::pair<std::string, YAML::Node>>;
+
+/// What stands in a tree. The value of a parameter may be a map itself: a distribution.
+void collect(const YAML::Node& node, const std::string& path, const Names& names, Values& values) {
+  if (node.IsNull() && !names.isParameter(path)) return;  // a group without contents
+  if (!node.IsMap() || names.isParameter(path)) {
+    values.emplace_back(path, node);
+    return;
+  }
+  for (const auto& child : node)
+    collect(child.second, (path.empty() ? "" : path + "/") + child.first.Scalar(), names, values);
+}
+
+void applyValues(const Values& values, const Names& names, YAML::Node& tree) {
   Report report;
-  for (const auto& [path, value] : overrides) {
+  for (const auto& [path, value] : values) {
     if (names.isParameter(path) || names.isGroup(path)) {
-      apply(path, parse(value, path), names, tree);
+      apply(path, value, names, tree);
     } else {
-      report.problem(path, schema::quoted(value), "is set, but no such parameter is known",
+      report.problem(path, schema::valueText(value), "is set, but no such parameter is known",
                      "a known name; the nearest is " + names.nearest(path));
     }
   }
   report.throwProblems();
+}
+
+YAML::Node readTree(const std::string& path) {
+  YAML::Node tree = parse(readFile(path), path);
+  if (!tree.IsDefined() || tree.IsNull()) throw ParameterError(path + ": is empty");
+  if (!tree.IsMap()) throw ParameterError(path + ": is not a map of names and values");
+  return tree;
 }
 
 LoadedParameters load(const YAML::Node& tree) {
@@ -132,12 +151,15 @@ LoadedParameters loadParameters(const YAML::Node& tree) {
   }
 }
 
-YAML::Node loadParameterFile(const std::string& path,
-                             const std::vector<std::pair<std::string, std::string>>& overrides) {
-  YAML::Node tree = parse(readFile(path), path);
-  if (!tree.IsDefined() || tree.IsNull()) throw ParameterError(path + ": is empty");
-  if (!tree.IsMap()) throw ParameterError(path + ": is not a map of names and values");
-  applyOverrides(overrides, tree);
+YAML::Node loadParameterFiles(const std::vector<std::string>& paths,
+                              const std::vector<std::pair<std::string, std::string>>& overrides) {
+  YAML::Node tree = readTree(paths.at(0));
+  Parameters parameters;
+  const Names names(schema::parameterSchema(parameters));
+  Values values;
+  for (std::size_t i = 1; i < paths.size(); ++i) collect(readTree(paths[i]), "", names, values);
+  for (const auto& [path, value] : overrides) values.emplace_back(path, parse(value, path));
+  applyValues(values, names, tree);
   return tree;
 }
 

@@ -1,7 +1,5 @@
 #include "fit_noise_options.hpp"
 
-#include "layered_config.hpp"
-
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
@@ -104,7 +102,7 @@ FitNoiseOptions fitNoiseOptions(int argc, const char* const* argv) {
   const po::variables_map values = parseCommandLine(argc, argv, usage(), describeOptions(), positional);
   FitNoiseOptions options;
   options.topics = TopicNames(argc, argv, driveTopics());
-  options.parameters = loadLayered(values["config"].as<Words>(), values["set"].as<Words>());
+  options.parameters = loadVehicle(values["config"].as<Words>(), values["set"].as<Words>());
   options.settings.errors = errorSettings(values, options.parameters.laser_sigma);
   options.settings.noise = values["estimate"].as<Words>();
   options.output = values["output"].as<std::string>();

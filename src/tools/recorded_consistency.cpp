@@ -1,5 +1,6 @@
 #include "recorded_consistency.hpp"
 
+#include "bs_car_odometry/laboratory/error.hpp"
 #include "bs_car_odometry/laboratory/parallel.hpp"
 
 #include <Eigen/Cholesky>
@@ -20,17 +21,6 @@ constexpr double kSameHeading = 0.3;
 
 double mahalanobis(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance) {
   return error.dot(covariance.llt().solve(error));
-}
-
-/// (N1): the error in exponential coordinates of the estimate.
-double normalisedError(const Pose2& estimate, const Pose2& truth, const Eigen::Matrix3d& covariance) {
-  Pose2 difference = inverse(estimate) * truth;
-  difference.yaw = wrapAngle(difference.yaw);
-  Eigen::Matrix3d Q = Eigen::Matrix3d::Identity();
-  Q(0, 0) = Q(1, 1) = std::cos(estimate.yaw);
-  Q(0, 1) = std::sin(estimate.yaw);
-  Q(1, 0) = -Q(0, 1);
-  return mahalanobis(log(difference), Q * covariance * Q.transpose());
 }
 
 /// What the runs left over say of the ends of the others.
@@ -56,7 +46,7 @@ class Judge {
     judgement.d2 = mahalanobis(judgement.error.head<2>(), judgement.covariance.topLeftCorner<2, 2>());
     const Pose2 estimate{errors.odometry.x + correction.x(), errors.odometry.y + correction.y(),
                          errors.odometry.yaw + correction.z()};
-    judgement.nees = normalisedError(estimate, errors.truth, judgement.covariance);
+    judgement.nees = laboratory::exponentialNees(estimate, judgement.covariance, errors.truth);
     return judgement;
   }
 

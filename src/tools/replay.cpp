@@ -163,10 +163,20 @@ void requireDifferent(const ReplayFiles& files) {
 
 }  // namespace
 
+namespace {
+
+/// Nobody asks a bag for relative motions.
+Parameters withoutHistory(Parameters parameters) {
+  parameters.relative_motion.history = Duration::zero();
+  return parameters;
+}
+
+}  // namespace
+
 void replay(const Parameters& parameters, const TopicNames& topics, const ReplayFiles& files) {
   requireDifferent(files);
   const std::unique_ptr<rosbag::Bag> bag = openBag(files.input);
-  OdometryAdapter adapter(parameters);
+  OdometryAdapter adapter(withoutHistory(parameters));
   const InputTopics inputs(parameters, adapter.pipeline().steeringNeeded(), topics);
   requireTopics(*bag, files.input, inputs.required());
   ReplayOutput output(files, parameters, adapter.frames());

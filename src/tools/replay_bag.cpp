@@ -1,4 +1,3 @@
-#include "layered_config.hpp"
 #include "replay.hpp"
 #include "tool.hpp"
 
@@ -36,7 +35,7 @@ void run(int argc, char** argv) {
   const tools::ReplayFiles files{arguments["input"].as<std::string>(), optional("output"), optional("tum")};
   if (files.output.empty() && files.tum.empty())
     throw tools::InputError("nothing to write: give --output or --tum");
-  tools::replay(tools::loadLayered(arguments["config"].as<std::vector<std::string>>(), settings), topics,
+  tools::replay(tools::loadVehicle(arguments["config"].as<std::vector<std::string>>(), settings), topics,
                 files);
 }
 

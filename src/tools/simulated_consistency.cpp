@@ -142,7 +142,8 @@ std::vector<Odometry> odometriesOf(const Request& request, const Choices& choice
       settings.push_back(choices.geometry.setting(geometry));
       settings.push_back(choices.axles.setting(axles));
       settings.push_back(choices.method.setting(method));
-      OdometryConfiguration configuration = toConfiguration(readVehicle(request.config, settings).parameters);
+      OdometryConfiguration configuration =
+          toConfiguration(readVehicle({request.config}, settings).parameters);
       configuration.initial_pose = InitialPose();
       odometries.push_back({axles, method, configuration});
     }
@@ -260,7 +261,7 @@ class Files {
 
 void consistency(int argc, const char* const* argv) {
   const Request request = parse(argc, argv);
-  const Parameters configured = loadVehicle(request.config, request.settings);
+  const Parameters configured = loadVehicle({request.config}, request.settings);
   const Choices choices{{"vehicle/axle_geometry", request.geometry, configured},
                         {"odometry/axles", request.axles, configured},
                         {"odometry/uncertainty", request.method, configured}};

@@ -164,15 +164,16 @@ std::vector<std::string> TopicNames::spellings(const std::string& name) const {
   return {full, full.substr(1)};
 }
 
-LoadedParameters readVehicle(const std::string& config, const std::vector<std::string>& settings) {
+LoadedParameters readVehicle(const std::vector<std::string>& configs,
+                             const std::vector<std::string>& settings) {
   std::vector<std::pair<std::string, std::string>> overrides;
   std::transform(settings.begin(), settings.end(), std::back_inserter(overrides), splitSetting);
-  return loadParameters(loadParameterFile(config, overrides));
+  return loadParameters(loadParameterFiles(configs, overrides));
 }
 
-Parameters loadVehicle(const std::string& config, const std::vector<std::string>& settings) {
-  const LoadedParameters loaded = readVehicle(config, settings);
-  const std::string place = config + ": ";
+Parameters loadVehicle(const std::vector<std::string>& configs, const std::vector<std::string>& settings) {
+  const LoadedParameters loaded = readVehicle(configs, settings);
+  const std::string place = configs.front() + ": ";
   for (const std::string& warning : loaded.warnings) warn(place + warning);
   return loaded.parameters;
 }

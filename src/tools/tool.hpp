@@ -64,13 +64,14 @@ class TopicNames {
   std::map<std::string, std::string> topics_;  ///< renamed ones, both sides with a leading slash
 };
 
-/// Parameters of the vehicle file `config` with the `settings` ("odometry/axles=rear") applied last; warnings
-/// go to standard error.
+/// Parameters of the vehicle file `configs[0]`, with the values of further files on top and the `settings`
+/// ("odometry/axles=rear") last; warnings go to standard error.
 /// @throws InputError for a setting that is not key=value, ParameterError for the rest
-Parameters loadVehicle(const std::string& config, const std::vector<std::string>& settings);
+Parameters loadVehicle(const std::vector<std::string>& configs, const std::vector<std::string>& settings);
 
 /// The same, with the warnings left to the caller.
-LoadedParameters readVehicle(const std::string& config, const std::vector<std::string>& settings);
+LoadedParameters readVehicle(const std::vector<std::string>& configs,
+                             const std::vector<std::string>& settings);
 
 /// A file that appears under its name only when it is whole: written beside it under a hidden name, then
 /// renamed, so that neither a crash nor a full disk leaves half a file or harms the one that was there.

@@ -1,7 +1,6 @@
 // fit_noise from the command line to its file: options, lists of bags, bags, the result on top of a vehicle.
 
 #include "../../src/tools/fit_noise_options.hpp"
-#include "../../src/tools/layered_config.hpp"
 #include "../../src/tools/noise_report.hpp"
 #include "../../src/tools/recorded_folder.hpp"
 #include "../../src/tools/simulated_drive_bag.hpp"
@@ -78,14 +77,17 @@ TEST(LayeredConfig, laterFilesReplaceEarlierOnesAndSettingsBoth) {
   const std::string vehicle = folder.write("vehicle.yaml", kVehicle);
   const std::string noise =
       folder.write("noise.yaml", "noise: {wheel: 0.002, lateral: 0.001}\ngains: {rear: {k_b: 1.01}}\n");
-  const Parameters parameters = loadLayered({vehicle, noise}, {"noise/lateral=0.003"});
+  const Parameters parameters = loadVehicle({vehicle, noise}, {"noise/lateral=0.003"});
   EXPECT_EQ(parameters.noise.wheel.std(), 0.002);
   EXPECT_EQ(parameters.noise.lateral.std(), 0.003);
   EXPECT_EQ(parameters.vehicle.gains.rear.k_b, 1.01);
   EXPECT_EQ(parameters.vehicle.gains.rear.k_r, 1.0);
+  const std::string uniform =
+      folder.write("uniform.yaml", "gains:\nnoise: {wheel: {distribution: uniform, half_width: 0.003}}\n");
+  EXPECT_EQ(loadVehicle({vehicle, uniform}, {}).noise.wheel.shape(), Distribution::Shape::kUniform);
   const std::string wrong = folder.write("wrong.yaml", "noise: {wheels: 0.002}\n");
-  EXPECT_THAT(errorOf([&] { loadLayered({vehicle, wrong}, {}); }), HasSubstr("noise/wheel"));
-  EXPECT_THAT(errorOf([&] { loadLayered({vehicle, folder.file("none")}, {}); }), HasSubstr("none"));
+  EXPECT_THAT(errorOf([&] { loadVehicle({vehicle, wrong}, {}); }), HasSubstr("noise/wheel"));
+  EXPECT_THAT(errorOf([&] { loadVehicle({vehicle, folder.file("none")}, {}); }), HasSubstr("none"));
 }
 
 /// A result as a file, and what a vehicle is with it.
@@ -98,7 +100,7 @@ TEST(NoiseReport, isLoadedOnTopOfTheVehicle) {
                 Eigen::Vector2d(1e-3, 1e-3)}};
   fit.next_drive = {{"noise/systematic/k_r", 0.0005}, {"noise/systematic/k_b", 0.0007}};
   const std::string vehicle = folder.write("vehicle.yaml", kVehicle);
-  const Parameters parameters = loadLayered({vehicle, folder.write("noise.yaml", noiseYaml(fit))}, {});
+  const Parameters parameters = loadVehicle({vehicle, folder.write("noise.yaml", noiseYaml(fit))}, {});
   EXPECT_NEAR(parameters.noise.wheel.std(), 0.00123456, 1e-6) << "four digits";
   EXPECT_EQ(parameters.noise.systematic.k_r.std(), 0.0005);
   EXPECT_EQ(parameters.noise.systematic.k_b.std(), 0.0007);
@@ -131,7 +133,7 @@ class FitNoiseBags : public ::testing::Test {
     return folder_.file(name);
   }
 
-  Parameters parameters() const { return loadVehicle(vehicle_, {}); }
+  Parameters parameters() const { return loadVehicle({vehicle_}, {}); }
 
   TemporaryFolder folder_;
   std::string vehicle_{folder_.write("vehicle.yaml", kVehicle)};

@@ -81,7 +81,7 @@ class RecordedDrives : public ::testing::Test {
     if (!std::filesystem::is_directory(folder())) GTEST_SKIP() << "no recordings in " << folder();
     const RecordedFolderSettings set = readRecordedFolderSettings(
         BS_CAR_ODOMETRY_SOURCE "/test/evaluation/recordings.yaml", "optiodom_diff");
-    parameters_ = loadVehicle(set.vehicle, {});
+    parameters_ = loadVehicle({set.vehicle}, {});
     runs_ = runsLongerThan(1.0, readRecordedFolder(folder(), set), parameters_);
   }
 

@@ -302,12 +302,12 @@ TEST(BadFiles, areNamedWithWhatIsWrong) {
 
 TEST(BadFiles, aMissingOneAndAFolderAreNamed) {
   try {
-    loadParameterFile("/nowhere/car.yaml");
+    loadParameterFiles({"/nowhere/car.yaml"});
     FAIL();
   } catch (const ParameterError& error) {
     EXPECT_STREQ(error.what(), "/nowhere/car.yaml: cannot be opened");
   }
-  EXPECT_THROW(loadParameterFile("/tmp"), ParameterError);
+  EXPECT_THROW(loadParameterFiles({"/tmp"}), ParameterError);
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ TEST(Documentation, theDistributionsOfTheInterfaceLoad) {
     SCOPED_TRACE(line);
     ++examples;
     const LoadedParameters loaded = loadParameters(
-        loadParameterFile(BS_CAR_ODOMETRY_SOURCE "/config/cycab.yaml", {{"noise/wheel", line}}));
+        loadParameterFiles({BS_CAR_ODOMETRY_SOURCE "/config/cycab.yaml"}, {{"noise/wheel", line}}));
     EXPECT_GT(loaded.parameters.noise.wheel.std(), 0.0);
   }
   EXPECT_EQ(examples, 4u) << "one for each shape";
@@ -70,7 +70,7 @@ TEST(VehicleFiles, loadWithoutWarnings) {
     if (file.path().extension() != ".yaml") continue;
     SCOPED_TRACE(file.path().string());
     ++files;
-    const LoadedParameters loaded = loadParameters(loadParameterFile(file.path().string()));
+    const LoadedParameters loaded = loadParameters(loadParameterFiles({file.path().string()}));
     for (const std::string& warning : loaded.warnings) ADD_FAILURE() << warning;
   }
   EXPECT_GT(files, 0u);

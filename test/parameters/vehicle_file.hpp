@@ -42,7 +42,7 @@ using Overrides = std::vector<std::pair<std::string, std::string>>;
 /// Loads a vehicle file of this text with `--set` overrides.
 inline LoadedParameters load(const std::string& text, const Overrides& overrides = {}) {
   const TemporaryFile file(text);
-  return loadParameters(loadParameterFile(file.path(), overrides));
+  return loadParameters(loadParameterFiles({file.path()}, overrides));
 }
 
 /// The message that loading ends with; empty when it succeeds.

@@ -112,16 +112,16 @@ TEST(LoadVehicle, settingsApplyLastAndWarningsAreShown) {
       "vehicle: {wheelbase: 1.2, track: 1.2}\nmax_speed: 5\nmax_gpa: 1\n"
       "encoders: {metres_per_tick: {front_left: 1, front_right: 1, rear_left: 1, rear_right: 1}}\n");
   CaptureStderr();
-  const Parameters parameters = loadVehicle(file, {"max_speed=6", "vehicle/name=a=b"});
+  const Parameters parameters = loadVehicle({file}, {"max_speed=6", "vehicle/name=a=b"});
   EXPECT_THAT(GetCapturedStderr(), HasSubstr("nearest known one is max_gap"));
   EXPECT_EQ(parameters.limits.max_speed, 6.0);
   EXPECT_EQ(parameters.vehicle.name, "a=b");
   const Distribution wheel =
-      loadVehicle(file, {"noise/wheel={distribution: uniform, half_width: 0.01}"}).noise.wheel;
+      loadVehicle({file}, {"noise/wheel={distribution: uniform, half_width: 0.01}"}).noise.wheel;
   EXPECT_EQ(wheel.shape(), Distribution::Shape::kUniform);
   EXPECT_EQ(wheel.scale(), 0.01);
-  EXPECT_THAT(errorOf([&] { loadVehicle(file, {"max_speed"}); }), HasSubstr("--set max_speed"));
-  EXPECT_THROW(loadVehicle(file, {"max_sped=1"}), ParameterError);
+  EXPECT_THAT(errorOf([&] { loadVehicle({file}, {"max_speed"}); }), HasSubstr("--set max_speed"));
+  EXPECT_THROW(loadVehicle({file}, {"max_sped=1"}), ParameterError);
 }
 
 TEST(AtomicOutput, theFileAppearsOnlyWhenCommitted) {

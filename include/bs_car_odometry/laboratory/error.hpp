@@ -13,6 +13,7 @@ Eigen::Vector3d poseError(const OdometryEstimate& estimate, const simulation::Po
 double normalisedSquare(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance);
 
 /// (N1) of docs/model.md: NEES of the pose in exponential coordinates of SE(2) at the estimate.
+double exponentialNees(const Pose2& estimate, const Eigen::Matrix3d& covariance, const Pose2& truth);
 double exponentialNees(const OdometryEstimate& estimate, const simulation::Pose& truth);
 
 /// NEES of the pose in (x, y, yaw).

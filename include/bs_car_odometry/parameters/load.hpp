@@ -28,10 +28,13 @@ struct LoadedParameters {
 /// @throws ParameterError
 LoadedParameters loadParameters(const YAML::Node& tree);
 
-/// The tree of a YAML file, with `overrides` ("odometry/axles", "rear") applied last.
-/// @throws ParameterError when the file cannot be read or parsed, or an override names an unknown parameter.
-YAML::Node loadParameterFile(const std::string& path,
-                             const std::vector<std::pair<std::string, std::string>>& overrides = {});
+/// The tree of a YAML file, with the values of further files (a result of fit_noise, for instance) on top in
+/// their order and `overrides` ("odometry/axles", "rear") last.
+/// @param paths  at least one
+/// @throws ParameterError when a file cannot be read or parsed, or a further file or an override names an
+///         unknown parameter.
+YAML::Node loadParameterFiles(const std::vector<std::string>& paths,
+                              const std::vector<std::pair<std::string, std::string>>& overrides = {});
 
 /// Paths of every known parameter, with slashes, in the order of the documentation.
 std::vector<std::string> parameterPaths();
