@@ -123,6 +123,7 @@ std::optional<OdometryUpdate> OdometryPipeline::next(Time now) {
 std::optional<OdometryUpdate> OdometryPipeline::process(const WheelCounts& counts, Time completed) {
   const double distance = report_.distance;
   report_ = StepReport();
+  step_.reset();
   report_.distance = distance;
   report_.steering_age = steeringAges(counts.stamp);
   const double oldest = std::max(report_.steering_age.front, report_.steering_age.rear);
@@ -221,7 +222,10 @@ void OdometryPipeline::move(const WheelCounts& counts) {
   }
   const PerAxle<double> doubt = steeringDoubt(report_.interval);
   estimator_.doubtSteering(interval, doubt);
-  if (span) rememberStep(*span, interval.has_value(), doubt);
+  if (span) {
+    rememberStep(*span, interval.has_value(), doubt);
+    step_ = {*span, readings, doubt};
+  }
   reportStep(readings);
 }
 
@@ -294,7 +298,7 @@ OdometryUpdate OdometryPipeline::update(const WheelCounts& counts, Time complete
   ++counts_.wheel_messages;
   report_.counts = counts_;
   report_.quantiles = estimator_.quantiles();
-  return {counts.stamp, completed, estimator_.estimate(), report_};
+  return {counts.stamp, completed, estimator_.estimate(), report_, step_};
 }
 
 void OdometryPipeline::reset() {

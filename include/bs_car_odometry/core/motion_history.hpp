@@ -14,13 +14,6 @@
 
 namespace bs_car_odometry {
 
-struct TimeSpan {
-  Time begin;
-  Time end;
-
-  bool contains(Time stamp) const { return begin <= stamp && stamp <= end; }
-};
-
 /// Motion of base_link from one stamp to another.
 struct MotionEstimate {
   Pose2 motion;                ///< pose of base_link at the second stamp in base_link at the first

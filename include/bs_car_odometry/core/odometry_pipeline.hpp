@@ -67,11 +67,20 @@ struct StepReport {
   InputCounts counts;
 };
 
+/// The readings between two accepted wheel messages, as the odometry used them.
+struct MeasuredStep {
+  TimeSpan span;  ///< stamps of the wheel messages
+  StepReadings readings;
+  PerAxle<double> steering_doubt;  ///< standard deviation of each sensor's angle [rad] beyond its noise
+};
+
 struct OdometryUpdate {
   Time stamp;      ///< of the wheel message
   Time completed;  ///< receipt of the message that completed it, or the end of its wait
   OdometryEstimate estimate;
   StepReport report;
+  /// How the car came here. None, or a beginning after the stamp before: what lies between was not seen.
+  std::optional<MeasuredStep> step;
 };
 
 /// From received readings to odometry: checks every message, puts readings in order, brings the steering to
@@ -157,6 +166,7 @@ class OdometryPipeline {
   bool reference_time_known_{false};  ///< false after rebaseTime: the interval from reference_ is unknown
   SteeringAngles last_angles_;        ///< at the reference
   StepReport report_;
+  std::optional<MeasuredStep> step_;
   InputCounts counts_;
 };
 

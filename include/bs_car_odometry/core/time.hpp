@@ -18,6 +18,13 @@ struct Clock {
 using Duration = Clock::duration;
 using Time = Clock::time_point;
 
+struct TimeSpan {
+  Time begin;
+  Time end;
+
+  bool contains(Time stamp) const { return begin <= stamp && stamp <= end; }
+};
+
 constexpr Time timeFromNanoseconds(std::int64_t nanoseconds) { return Time(Duration(nanoseconds)); }
 
 /// [s]

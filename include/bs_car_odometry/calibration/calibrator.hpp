@@ -1,0 +1,122 @@
+#pragma once
+
+#include "bs_car_odometry/calibration/excitation.hpp"
+#include "bs_car_odometry/calibration/filter.hpp"
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace bs_car_odometry::calibration {
+
+/// What became of a laser pose when it came.
+enum class LaserVerdict { kAccepted, kNotFinite, kBadCovariance, kOutOfOrder, kTooLate, kOverflow, kCount };
+
+enum class CalibrationStage { kStart, kRunning, kConverged };
+
+struct LaserCounts {
+  std::uint64_t used{0};      ///< poses that updated the filter
+  std::uint64_t rejected{0};  ///< of these, beyond kRejectLimit
+  std::uint64_t relocalisations{0};
+  std::uint64_t dropped{0};  ///< not even looked at: verdicts other than kAccepted
+};
+
+/// One update of the filter, for plots and messages.
+struct CalibrationUpdate {
+  Time stamp;  ///< of the laser pose
+  LaserPose laser;
+  Innovation innovation;
+  FilterEstimate estimate;
+  double distance{0.0};  ///< [m] since the beginning
+};
+
+/// The calibration over time: brings laser poses and steps together in order of stamps, whatever the order in
+/// which they come, finds a first fix, notices when the localiser jumps, and says how far it has come
+/// (docs/calibration.md, 3). Live and bag both drive this class with the updates of an OdometryPipeline:
+///     calibrator.add(update); calibrator.add(laser); ...
+/// Not thread safe.
+class Calibrator {
+ public:
+  explicit Calibrator(const Parameters& parameters);
+
+  /// The next step of the odometry.
+  void add(const OdometryUpdate& update);
+
+  /// A laser pose whose covariance is positive definite, at most kLongestDelay late.
+  LaserVerdict add(const LaserPose& laser);
+
+  /// Takes what still waits: no more will come.
+  void finish();
+
+  /// Begins anew: parameters at their prior, pose unknown.
+  void start();
+
+  /// Called after each update of the filter.
+  void setListener(std::function<void(const CalibrationUpdate&)> listener) {
+    listener_ = std::move(listener);
+  }
+
+  CalibrationStage stage() const;
+  FilterEstimate estimate() const { return filter_->estimate(); }
+  const Innovation& innovation() const { return innovation_; }
+  const LaserCounts& counts() const { return counts_; }
+  const Excitation& excitation() const { return excitation_; }
+  const ParameterMask& estimated() const { return estimated_; }
+  const ParameterVector& prior() const { return prior_; }
+  /// Estimated ones whose standard deviation is below half of its prior.
+  ParameterMask observed() const;
+  /// True when every gain that is estimated is observed.
+  bool allGainsObserved() const;
+  /// The stamps that the calibration has gone through; none before the first fix.
+  const std::optional<TimeSpan>& span() const { return span_; }
+
+  /// A late pose is taken at its own stamp for so long.
+  static constexpr Duration kLongestDelay = std::chrono::seconds(2);
+
+ private:
+  struct Fix {
+    LaserPose laser;
+    std::vector<MeasuredStep> steps;  ///< from the fix before to this one
+  };
+
+  void process(bool finishing);
+  bool processLaser(bool finishing);
+  void moveTo(Time time);
+  void move(const MeasuredStep& step);
+  void consumeOldSteps();
+  void cut();
+  void take(const LaserPose& laser);
+  void collectFix(const LaserPose& laser);
+  void beginFromFixes();
+  void update(const LaserPose& laser);
+  void watchForJump(const LaserPose& laser, double lead);
+  void report(const LaserPose& laser);
+  Time effectiveTime(const LaserPose& laser) const;
+
+  Parameters parameters_;
+  ParameterMask estimated_;
+  ParameterVector prior_;
+  std::unique_ptr<Filter> filter_;
+  std::unique_ptr<Filter> before_jump_;  ///< while poses are rejected: without them,
+  std::unique_ptr<Filter> candidate_;    ///< and begun anew at the first of those that agree
+  int agreeing_{0};                      ///< poses that the candidate has taken
+
+  std::deque<MeasuredStep> steps_;    ///< not yet gone through, in order and without a break
+  std::deque<LaserPose> lasers_;      ///< waiting, in order of stamps
+  std::optional<Time> now_;           ///< how far the filter has come
+  std::optional<Time> newest_laser_;  ///< last one taken
+  std::vector<Fix> fixes_;            ///< the first poses, from which the beginning is chosen
+  std::vector<MeasuredStep> since_fix_;
+  bool begun_{false};
+
+  Innovation innovation_;
+  LaserCounts counts_;
+  Excitation excitation_;
+  std::optional<TimeSpan> span_;
+  std::function<void(const CalibrationUpdate&)> listener_;
+};
+
+}  // namespace bs_car_odometry::calibration

@@ -1,0 +1,57 @@
+#pragma once
+
+#include "bs_car_odometry/calibration/calibrated_parameters.hpp"
+#include "bs_car_odometry/core/odometry_model.hpp"
+#include "bs_car_odometry/core/odometry_pipeline.hpp"
+
+#include <utility>
+
+namespace bs_car_odometry::calibration {
+
+/// d(motion)/d(parameters that move the car).
+using MotionSensitivity = Eigen::Matrix<double, 3, kMotionCount>;
+
+/// Motion of base_link over some steps, seen from where they begin, with everything that a filter or a fit
+/// needs of them (docs/calibration.md, 2).
+struct MotionSegment {
+  Pose2 motion;                                    ///< pose at the end in base_link at the beginning
+  Eigen::Matrix3d noise{Eigen::Matrix3d::Zero()};  ///< covariance of motion (x, y, yaw) from the readings
+  MotionSensitivity J{MotionSensitivity::Zero()};  ///< d motion / d parameters
+  Eigen::Matrix<double, 3, 2> doubt{Eigen::Matrix<double, 3, 2>::Zero()};  ///< see SteeringDoubt
+  BodyMotion twist{BodyMotion::Zero()};  ///< of the last step [m/s, m/s, rad/s]
+  double distance{0.0};                  ///< [m], path length
+  double duration{0.0};                  ///< [s]
+
+  /// Covariance of motion: that of the readings, and of angles that could not be trusted.
+  Eigen::Matrix3d covariance() const { return noise + doubt * doubt.transpose(); }
+};
+
+/// From readings to motion for any values of the parameters: the odometry's own model, built anew for each
+/// set of values.
+class MotionModel {
+ public:
+  explicit MotionModel(const Parameters& parameters);
+
+  /// The values that motion and sensitivities are worked out at from now on.
+  void setValues(const ParameterVector& values);
+  const ParameterVector& values() const { return values_; }
+
+  /// The readings of a step, as taken with the configured values, with the present ones.
+  StepReadings adapted(const StepReadings& readings) const;
+
+  /// Lengthens a segment by a step.
+  void extend(const MeasuredStep& step, MotionSegment& segment) const;
+
+ private:
+  MotionSensitivity sensitivity(const SystematicSensitivity& J, const StepReadings& readings) const;
+
+  OdometryConfiguration configuration_;  ///< with the present values
+  Vehicle configured_;                   ///< with those that the readings were taken with
+  ParameterVector values_;
+  OdometryModel model_;
+};
+
+/// The parts of a step before and after `time`, which lies inside it, at constant speed and steering rate.
+std::pair<MeasuredStep, MeasuredStep> split(const MeasuredStep& step, Time time);
+
+}  // namespace bs_car_odometry::calibration
