@@ -49,6 +49,8 @@ ParameterVector valuesOf(const Parameters& parameters);
 
 /// Puts values in the place of those that a configuration has.
 void setValues(const ParameterVector& values, Parameters& parameters);
+/// Those of them that a vehicle has: gains and steering.
+void setValues(const ParameterVector& values, Vehicle& vehicle);
 
 /// Standard deviations before the drive: `calibration/prior`, and for the laser what a tape measure and a
 /// driver's manual leave open. Zero where nothing is estimated.

@@ -13,7 +13,7 @@
 namespace bs_car_odometry::calibration {
 
 /// What became of a laser pose when it came.
-enum class LaserVerdict { kAccepted, kNotFinite, kBadCovariance, kOutOfOrder, kTooLate, kOverflow, kCount };
+enum class LaserVerdict { kAccepted, kNotFinite, kBadCovariance, kOutOfOrder, kTooLate, kOverflow };
 
 enum class CalibrationStage { kStart, kRunning, kConverged };
 
@@ -48,11 +48,11 @@ class Calibrator {
   /// A laser pose whose covariance is positive definite, at most kLongestDelay late.
   LaserVerdict add(const LaserPose& laser);
 
-  /// Takes what still waits: no more will come.
-  void finish();
-
   /// Begins anew: parameters at their prior, pose unknown.
   void start();
+
+  /// Another drive of the same car, or another time: what has been learnt of the parameters stays.
+  void newDrive();
 
   /// Called after each update of the filter.
   void setListener(std::function<void(const CalibrationUpdate&)> listener) {
@@ -82,17 +82,19 @@ class Calibrator {
     std::vector<MeasuredStep> steps;  ///< from the fix before to this one
   };
 
-  void process(bool finishing);
-  bool processLaser(bool finishing);
+  void process();
+  void drop();
   void moveTo(Time time);
   void move(const MeasuredStep& step);
   void consumeOldSteps();
-  void cut();
+  void forgetPose();
+  void forgetTime();
   void take(const LaserPose& laser);
   void collectFix(const LaserPose& laser);
-  void beginFromFixes();
+  void begin(std::size_t chosen, const std::vector<Pose2>& motions);
   void update(const LaserPose& laser);
-  void watchForJump(const LaserPose& laser, double lead);
+  void watchForJump(const LaserPose& laser, double lead, std::unique_ptr<Filter> before);
+  void adoptCandidate();
   void report(const LaserPose& laser);
   Time effectiveTime(const LaserPose& laser) const;
 
@@ -107,10 +109,11 @@ class Calibrator {
   std::deque<MeasuredStep> steps_;    ///< not yet gone through, in order and without a break
   std::deque<LaserPose> lasers_;      ///< waiting, in order of stamps
   std::optional<Time> now_;           ///< how far the filter has come
-  std::optional<Time> newest_laser_;  ///< last one taken
+  std::optional<Time> newest_laser_;  ///< stamp of the last one that was taken on
   std::vector<Fix> fixes_;            ///< the first poses, from which the beginning is chosen
   std::vector<MeasuredStep> since_fix_;
-  bool begun_{false};
+  bool begun_{false};       ///< the filter has a pose
+  bool ever_begun_{false};  ///< and had one before, since the start
 
   Innovation innovation_;
   LaserCounts counts_;

@@ -68,6 +68,9 @@ class Filter {
 /// The filter that `calibration/method` selects.
 std::unique_ptr<Filter> makeFilter(const Parameters& parameters);
 
+/// Fills in the distance gains that follow from the gains of each axle's wheels.
+void setDistanceGains(const Vehicle& vehicle, FilterEstimate& estimate);
+
 /// Squared Mahalanobis distances: beyond the first a pose is believed less (t = 3), beyond the second it
 /// counts as rejected (0.1 % of a chi-square with 3 degrees of freedom).
 constexpr double kSoftLimit = 9.0;

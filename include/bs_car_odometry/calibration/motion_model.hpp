@@ -35,6 +35,7 @@ class MotionModel {
   /// The values that motion and sensitivities are worked out at from now on.
   void setValues(const ParameterVector& values);
   const ParameterVector& values() const { return values_; }
+  const Vehicle& vehicle() const { return configuration_.vehicle; }
 
   /// The readings of a step, as taken with the configured values, with the present ones.
   StepReadings adapted(const StepReadings& readings) const;

@@ -1,0 +1,56 @@
+#pragma once
+
+#include "bs_car_odometry/calibration/filter.hpp"
+#include "bs_car_odometry/calibration/motion_model.hpp"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace bs_car_odometry::calibration {
+
+/// Extended Kalman filter of pose and parameters together (docs/calibration.md, section 2): no gain is found
+/// before the others and taken as known. Joseph form, wrapped heading, weights against outliers, and motion
+/// between two laser poses as one segment. Allocates where the model is built anew, after each laser pose.
+class JointFilter final : public Filter {
+ public:
+  explicit JointFilter(const Parameters& parameters);
+
+  void begin(const LaserPose& laser) override;
+  void move(const MeasuredStep& step) override { model_.extend(step, segment_); }
+  Innovation update(const LaserPose& laser, double lead) override;
+  FilterEstimate estimate() const override;
+  double timeOffset() const override { return model_.values()[kTimeOffset]; }
+  std::unique_ptr<Filter> clone() const override { return std::make_unique<JointFilter>(*this); }
+
+ private:
+  static constexpr int kMostStates = 3 + static_cast<int>(kCount);
+  using StateMatrix =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostStates, kMostStates>;
+  using MeasurementJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMostStates>;
+  using StateVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostStates, 1>;
+
+  struct State {
+    Pose2 pose;
+    StateMatrix P;  ///< of (x, y, yaw) and the parameters in active_
+  };
+
+  /// The state at the end of the segment.
+  State predicted() const;
+  /// Columns of a matrix over all parameters that belong to the estimated ones.
+  MeasurementJacobian columns(const Eigen::Matrix<double, 3, kCount>& J) const;
+  MeasurementJacobian measurementJacobian(double yaw) const;
+  Pose2 expectedLaser(const Pose2& base, double lead) const;
+  /// Velocity of the laser's point in the map [m/s, m/s, rad/s].
+  Eigen::Vector3d laserVelocity(double yaw) const;
+  bool correct(const State& state, const MeasurementJacobian& H, const Eigen::Matrix3d& laser_covariance,
+               const Innovation& innovation);
+
+  std::vector<std::size_t> active_;  ///< estimated parameters
+  ParameterVector random_walk_;      ///< variance a metre
+  MotionModel model_;
+  State state_;            ///< where the segment begins
+  MotionSegment segment_;  ///< motion since
+};
+
+}  // namespace bs_car_odometry::calibration

@@ -1,0 +1,178 @@
+#include "bs_car_odometry/calibration/joint_filter.hpp"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <cmath>
+
+namespace bs_car_odometry::calibration {
+
+namespace {
+
+/// No pose is believed to less than this share of the laser's own deviation: errors of a map and of a parked
+/// car's localiser do not average out for ever.
+constexpr double kPoseFloor = 0.05;
+
+Eigen::Matrix3d rotation(double yaw) {
+  const double c = std::cos(yaw);
+  const double s = std::sin(yaw);
+  Eigen::Matrix3d R;
+  R << c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0;
+  return R;
+}
+
+Pose2 mountOf(const ParameterVector& values) { return {values[kLaserX], values[kLaserY], values[kLaserYaw]}; }
+
+/// Derivative of the laser's pose by base_link's pose, and with its sign turned the inverse one.
+Eigen::Matrix3d leverArm(double yaw, const ParameterVector& values, double sign) {
+  const double c = std::cos(yaw);
+  const double s = std::sin(yaw);
+  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+  J(0, 2) = sign * (-values[kLaserX] * s - values[kLaserY] * c);
+  J(1, 2) = sign * (values[kLaserX] * c - values[kLaserY] * s);
+  return J;
+}
+
+}  // namespace
+
+JointFilter::JointFilter(const Parameters& parameters)
+    : random_walk_(ParameterVector::Zero()), model_(parameters) {
+  const ParameterMask estimated = parametersToEstimate(parameters);
+  const ParameterVector deviations = priorDeviations(parameters);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    if (!estimated[i]) continue;
+    active_.push_back(i);
+    if (isGain(i))
+      random_walk_[static_cast<Eigen::Index>(i)] = std::pow(parameters.calibration.gain_random_walk, 2);
+  }
+  const auto n = static_cast<Eigen::Index>(3 + active_.size());
+  state_.P = StateMatrix::Zero(n, n);
+  for (std::size_t k = 0; k < active_.size(); ++k)
+    state_.P.diagonal()[static_cast<Eigen::Index>(3 + k)] =
+        std::pow(deviations[static_cast<Eigen::Index>(active_[k])], 2);
+}
+
+JointFilter::MeasurementJacobian JointFilter::columns(const Eigen::Matrix<double, 3, kCount>& J) const {
+  MeasurementJacobian result(3, static_cast<Eigen::Index>(active_.size()));
+  for (std::size_t k = 0; k < active_.size(); ++k)
+    result.col(static_cast<Eigen::Index>(k)) = J.col(static_cast<Eigen::Index>(active_[k]));
+  return result;
+}
+
+Eigen::Vector3d JointFilter::laserVelocity(double yaw) const {
+  const ParameterVector& values = model_.values();
+  const BodyMotion& twist = segment_.twist;
+  return rotation(yaw) * Eigen::Vector3d(twist.x() - twist.z() * values[kLaserY],
+                                         twist.y() + twist.z() * values[kLaserX], twist.z());
+}
+
+JointFilter::MeasurementJacobian JointFilter::measurementJacobian(double yaw) const {
+  Eigen::Matrix<double, 3, kCount> J = Eigen::Matrix<double, 3, kCount>::Zero();
+  J.middleCols<3>(kLaserX) = rotation(yaw);
+  J.col(kTimeOffset) = -laserVelocity(yaw);
+  MeasurementJacobian H(3, state_.P.cols());
+  H.leftCols<3>() = leverArm(yaw, model_.values(), 1.0);
+  H.rightCols(static_cast<Eigen::Index>(active_.size())) = columns(J);
+  return H;
+}
+
+/// The pose of base_link that the laser's pose means, with the covariance of both: whatever is not known of
+/// the mount and the delay is not known of the pose, and remains tied to it.
+void JointFilter::begin(const LaserPose& laser) {
+  const Pose2 pose = laser.pose * inverse(mountOf(model_.values()));
+  const Eigen::Matrix3d J_laser = leverArm(pose.yaw, model_.values(), -1.0);
+  const auto n = static_cast<Eigen::Index>(active_.size());
+  const MeasurementJacobian J = -J_laser * measurementJacobian(pose.yaw).rightCols(n);
+  StateMatrix& P = state_.P;
+  const MeasurementJacobian cross = J * P.bottomRightCorner(n, n);
+  P.topLeftCorner<3, 3>() = J_laser * laser.covariance * J_laser.transpose() + cross * J.transpose();
+  P.topRightCorner(3, n) = cross;
+  P.bottomLeftCorner(n, 3) = cross.transpose();
+  state_.pose = pose;
+  const BodyMotion twist = segment_.twist;
+  segment_ = MotionSegment();
+  segment_.twist = twist;
+}
+
+JointFilter::State JointFilter::predicted() const {
+  const Eigen::Matrix3d R = rotation(state_.pose.yaw);
+  const auto n = static_cast<Eigen::Index>(active_.size());
+  StateMatrix A = StateMatrix::Identity(3 + n, 3 + n);
+  const Eigen::Vector3d displacement = R * segment_.motion.vector();
+  A(0, 2) = -displacement.y();
+  A(1, 2) = displacement.x();
+  Eigen::Matrix<double, 3, kCount> J = Eigen::Matrix<double, 3, kCount>::Zero();
+  J.leftCols<kMotionCount>() = R * segment_.J;
+  A.topRightCorner(3, n) = columns(J);
+  State state;
+  state.pose = state_.pose * segment_.motion;
+  state.P = A * state_.P * A.transpose();
+  state.P.topLeftCorner<3, 3>() += R * segment_.covariance() * R.transpose();
+  for (Eigen::Index k = 0; k < n; ++k)
+    state.P(3 + k, 3 + k) +=
+        random_walk_[static_cast<Eigen::Index>(active_[static_cast<std::size_t>(k)])] * segment_.distance;
+  return state;
+}
+
+Pose2 JointFilter::expectedLaser(const Pose2& base, double lead) const {
+  const Pose2 laser = base * mountOf(model_.values());
+  const Eigen::Vector3d moved = laserVelocity(base.yaw) * lead;
+  return {laser.x + moved.x(), laser.y + moved.y(), laser.yaw + moved.z()};
+}
+
+Innovation JointFilter::update(const LaserPose& laser, double lead) {
+  const State state = predicted();
+  const Pose2 expected = expectedLaser(state.pose, lead);
+  const MeasurementJacobian H = measurementJacobian(state.pose.yaw);
+  Innovation innovation;
+  innovation.residual = laser.pose.vector() - expected.vector();
+  innovation.residual.z() = wrapAngle(innovation.residual.z());
+  innovation.covariance = H * state.P * H.transpose() + laser.covariance;
+  innovation.nis = innovation.residual.dot(innovation.covariance.llt().solve(innovation.residual));
+  innovation.weight = std::min(1.0, kSoftLimit / innovation.nis);
+  if (!correct(state, H, laser.covariance, innovation)) innovation.weight = 0.0;
+  return innovation;
+}
+
+/// @return false when the result was not finite: then nothing has changed
+bool JointFilter::correct(const State& state, const MeasurementJacobian& H,
+                          const Eigen::Matrix3d& laser_covariance, const Innovation& innovation) {
+  const Eigen::Matrix3d R = laser_covariance / innovation.weight;
+  const MeasurementJacobian HP = H * state.P;
+  const Eigen::Matrix3d S = HP * H.transpose() + R;
+  const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMostStates, 3> K =
+      S.llt().solve(HP).transpose();
+  const StateVector change = K * innovation.residual;
+  const StateMatrix I_KH = StateMatrix::Identity(state.P.rows(), state.P.cols()) - K * H;
+  StateMatrix P = I_KH * state.P * I_KH.transpose() + K * R * K.transpose();
+  if (!change.allFinite() || !P.allFinite()) return false;
+  P = 0.5 * (P + P.transpose().eval());
+  for (Eigen::Index i = 0; i < 3; ++i)
+    P(i, i) = std::max(P(i, i), kPoseFloor * kPoseFloor * laser_covariance(i, i));
+  state_.P = P;
+  state_.pose = {state.pose.x + change[0], state.pose.y + change[1], state.pose.yaw + change[2]};
+  ParameterVector values = model_.values();
+  for (std::size_t k = 0; k < active_.size(); ++k)
+    values[static_cast<Eigen::Index>(active_[k])] += change[static_cast<Eigen::Index>(3 + k)];
+  model_.setValues(values);
+  const BodyMotion twist = segment_.twist;
+  segment_ = MotionSegment();
+  segment_.twist = twist;
+  return true;
+}
+
+FilterEstimate JointFilter::estimate() const {
+  const State state = predicted();
+  FilterEstimate estimate;
+  estimate.pose = state.pose;
+  estimate.pose_covariance = state.P.topLeftCorner<3, 3>();
+  estimate.values = model_.values();
+  for (std::size_t i = 0; i < active_.size(); ++i)
+    for (std::size_t j = 0; j < active_.size(); ++j)
+      estimate.covariance(static_cast<Eigen::Index>(active_[i]), static_cast<Eigen::Index>(active_[j])) =
+          state.P(static_cast<Eigen::Index>(3 + i), static_cast<Eigen::Index>(3 + j));
+  setDistanceGains(model_.vehicle(), estimate);
+  return estimate;
+}
+
+}  // namespace bs_car_odometry::calibration

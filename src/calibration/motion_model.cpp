@@ -1,0 +1,105 @@
+#include "bs_car_odometry/calibration/motion_model.hpp"
+
+#include "bs_car_odometry/core/first_order_covariance.hpp"
+
+namespace bs_car_odometry::calibration {
+
+namespace {
+
+OdometryConfiguration configurationOf(const Parameters& parameters) {
+  return {parameters.vehicle, parameters.noise,        parameters.odometry,
+          parameters.limits,  parameters.initial_pose, parameters.relative_motion};
+}
+
+double readingOf(double angle, const SteeringCalibration& steering) {
+  return (angle - steering.offset) / steering.scale;
+}
+
+double adaptedAngle(double angle, const SteeringCalibration& from, const SteeringCalibration& to) {
+  return to.scale * readingOf(angle, from) + to.offset;
+}
+
+SteeringAngles adapted(const SteeringAngles& angles, const Vehicle& from, const Vehicle& to) {
+  SteeringAngles result;
+  result.front = adaptedAngle(angles.front, from.steering.front, to.steering.front);
+  result.rear = to.rear_steering.source == RearSteering::Source::kPolynomial
+                    ? to.rear_steering.angle(result.front)
+                    : adaptedAngle(angles.rear, from.steering.rear, to.steering.rear);
+  return result;
+}
+
+}  // namespace
+
+MotionModel::MotionModel(const Parameters& parameters)
+    : configuration_(configurationOf(parameters)),
+      configured_(parameters.vehicle),
+      values_(valuesOf(parameters)),
+      model_(makeOdometryModel(configuration_)) {}
+
+void MotionModel::setValues(const ParameterVector& values) {
+  values_ = values;
+  calibration::setValues(values, configuration_.vehicle);
+  model_ = makeOdometryModel(configuration_);
+}
+
+StepReadings MotionModel::adapted(const StepReadings& readings) const {
+  const Vehicle& present = configuration_.vehicle;
+  StepReadings result;
+  for (const Wheel wheel : kAllWheels)
+    result.travel[wheel] = readings.travel[wheel] * (present.wheelGain(wheel) / configured_.wheelGain(wheel));
+  result.begin = calibration::adapted(readings.begin, configured_, present);
+  result.end = calibration::adapted(readings.end, configured_, present);
+  return result;
+}
+
+/// A scale acts as an offset that grows with the reading.
+MotionSensitivity MotionModel::sensitivity(const SystematicSensitivity& J,
+                                           const StepReadings& readings) const {
+  const SteeringAngles mean = readings.mean();
+  const PerAxle<SteeringCalibration>& steering = configuration_.vehicle.steering;
+  MotionSensitivity result;
+  result.leftCols<systematic::kCount>() = J;
+  result.col(kFrontScale) = J.col(systematic::kFrontOffset) * readingOf(mean.front, steering.front);
+  result.col(kRearScale) = J.col(systematic::kRearOffset) * readingOf(mean.rear, steering.rear);
+  return result;
+}
+
+void MotionModel::extend(const MeasuredStep& step, MotionSegment& segment) const {
+  const StepReadings readings = adapted(step.readings);
+  BodyIncrement increment;
+  std::visit([&](const auto& model) { model.update(readings, increment); }, model_);
+  const PoseStep moved = advance(segment.motion, increment.motion);
+  const Eigen::Matrix3d F = moved.J_pose_pose();
+  const Eigen::Matrix3d G = moved.J_pose_motion();
+  const MotionSensitivity J = sensitivity(increment.J_motion_systematic, readings);
+  advanceNoise(moved, increment.path_covariance, segment.noise);
+  segment.J = F * segment.J + G * J;
+  if (step.steering_doubt.front > 0.0 || step.steering_doubt.rear > 0.0 || !segment.doubt.isZero(0.0)) {
+    segment.doubt = F * segment.doubt;
+    segment.doubt.col(0) += G * J.col(systematic::kFrontOffset) * step.steering_doubt.front;
+    segment.doubt.col(1) += G * J.col(systematic::kRearOffset) * step.steering_doubt.rear;
+  }
+  segment.motion = moved.pose;
+  segment.distance += increment.motion.head<2>().norm();
+  const double duration = toSeconds(step.span.end - step.span.begin);
+  segment.duration += duration;
+  if (duration > 0.0) segment.twist = increment.motion / duration;
+}
+
+std::pair<MeasuredStep, MeasuredStep> split(const MeasuredStep& step, Time time) {
+  const double share = toSeconds(time - step.span.begin) / toSeconds(step.span.end - step.span.begin);
+  const auto between = [share](double begin, double end) { return begin + share * (end - begin); };
+  std::pair<MeasuredStep, MeasuredStep> parts{step, step};
+  parts.first.span.end = parts.second.span.begin = time;
+  for (const Wheel wheel : kAllWheels) {
+    const double travel = step.readings.travel[wheel];
+    parts.first.readings.travel[wheel] = share * travel;
+    parts.second.readings.travel[wheel] = travel - share * travel;
+  }
+  const SteeringAngles angles{between(step.readings.begin.front, step.readings.end.front),
+                              between(step.readings.begin.rear, step.readings.end.rear)};
+  parts.first.readings.end = parts.second.readings.begin = angles;
+  return parts;
+}
+
+}  // namespace bs_car_odometry::calibration
