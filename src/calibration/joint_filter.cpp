@@ -46,6 +46,7 @@ JointFilter::JointFilter(const Parameters& parameters)
       random_walk_[static_cast<Eigen::Index>(i)] = std::pow(parameters.calibration.gain_random_walk, 2);
   }
   const auto n = static_cast<Eigen::Index>(3 + active_.size());
+  state_.values = model_.values();
   state_.P = StateMatrix::Zero(n, n);
   for (std::size_t k = 0; k < active_.size(); ++k)
     state_.P.diagonal()[static_cast<Eigen::Index>(3 + k)] =
@@ -59,39 +60,41 @@ JointFilter::MeasurementJacobian JointFilter::columns(const Eigen::Matrix<double
   return result;
 }
 
-Eigen::Vector3d JointFilter::laserVelocity(double yaw) const {
-  const ParameterVector& values = model_.values();
+Eigen::Vector3d JointFilter::laserVelocity(const State& state) const {
   const BodyMotion& twist = segment_.twist;
-  return rotation(yaw) * Eigen::Vector3d(twist.x() - twist.z() * values[kLaserY],
-                                         twist.y() + twist.z() * values[kLaserX], twist.z());
+  return rotation(state.pose.yaw) * Eigen::Vector3d(twist.x() - twist.z() * state.values[kLaserY],
+                                                    twist.y() + twist.z() * state.values[kLaserX], twist.z());
 }
 
-JointFilter::MeasurementJacobian JointFilter::measurementJacobian(double yaw) const {
+JointFilter::MeasurementJacobian JointFilter::measurementJacobian(const State& state) const {
   Eigen::Matrix<double, 3, kCount> J = Eigen::Matrix<double, 3, kCount>::Zero();
-  J.middleCols<3>(kLaserX) = rotation(yaw);
-  J.col(kTimeOffset) = -laserVelocity(yaw);
-  MeasurementJacobian H(3, state_.P.cols());
-  H.leftCols<3>() = leverArm(yaw, model_.values(), 1.0);
+  J.middleCols<3>(kLaserX) = rotation(state.pose.yaw);
+  J.col(kTimeOffset) = -laserVelocity(state);
+  MeasurementJacobian H(3, state.P.cols());
+  H.leftCols<3>() = leverArm(state.pose.yaw, state.values, 1.0);
   H.rightCols(static_cast<Eigen::Index>(active_.size())) = columns(J);
   return H;
+}
+
+void JointFilter::beginSegment() {
+  const BodyMotion twist = segment_.twist;
+  segment_ = MotionSegment();
+  segment_.twist = twist;
 }
 
 /// The pose of base_link that the laser's pose means, with the covariance of both: whatever is not known of
 /// the mount and the delay is not known of the pose, and remains tied to it.
 void JointFilter::begin(const LaserPose& laser) {
-  const Pose2 pose = laser.pose * inverse(mountOf(model_.values()));
-  const Eigen::Matrix3d J_laser = leverArm(pose.yaw, model_.values(), -1.0);
+  state_.pose = laser.pose * inverse(mountOf(state_.values));
+  const Eigen::Matrix3d J_laser = leverArm(state_.pose.yaw, state_.values, -1.0);
   const auto n = static_cast<Eigen::Index>(active_.size());
-  const MeasurementJacobian J = -J_laser * measurementJacobian(pose.yaw).rightCols(n);
+  const MeasurementJacobian J = -J_laser * measurementJacobian(state_).rightCols(n);
   StateMatrix& P = state_.P;
   const MeasurementJacobian cross = J * P.bottomRightCorner(n, n);
   P.topLeftCorner<3, 3>() = J_laser * laser.covariance * J_laser.transpose() + cross * J.transpose();
   P.topRightCorner(3, n) = cross;
   P.bottomLeftCorner(n, 3) = cross.transpose();
-  state_.pose = pose;
-  const BodyMotion twist = segment_.twist;
-  segment_ = MotionSegment();
-  segment_.twist = twist;
+  beginSegment();
 }
 
 JointFilter::State JointFilter::predicted() const {
@@ -106,24 +109,63 @@ JointFilter::State JointFilter::predicted() const {
   A.topRightCorner(3, n) = columns(J);
   State state;
   state.pose = state_.pose * segment_.motion;
+  state.values = state_.values;
   state.P = A * state_.P * A.transpose();
   state.P.topLeftCorner<3, 3>() += R * segment_.covariance() * R.transpose();
   for (Eigen::Index k = 0; k < n; ++k)
     state.P(3 + k, 3 + k) +=
         random_walk_[static_cast<Eigen::Index>(active_[static_cast<std::size_t>(k)])] * segment_.distance;
+  takeEvidence(state);
   return state;
 }
 
-Pose2 JointFilter::expectedLaser(const Pose2& base, double lead) const {
-  const Pose2 laser = base * mountOf(model_.values());
-  const Eigen::Vector3d moved = laserVelocity(base.yaw) * lead;
+/// The update by information = B B^T in Joseph form: as if B^T of the parameters' errors had been measured
+/// with variance 1.
+void JointFilter::takeEvidence(State& state) const {
+  if (segment_.evidence.information.isZero(0.0)) return;
+  const auto n = static_cast<Eigen::Index>(active_.size());
+  StateMatrix information = StateMatrix::Zero(n, n);
+  StateVector gradient = StateVector::Zero(3 + n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto row = static_cast<Eigen::Index>(active_[static_cast<std::size_t>(i)]);
+    if (row >= static_cast<Eigen::Index>(kMotionCount)) continue;
+    gradient[3 + i] = segment_.evidence.gradient[row];
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const auto column = static_cast<Eigen::Index>(active_[static_cast<std::size_t>(j)]);
+      if (column < static_cast<Eigen::Index>(kMotionCount))
+        information(i, j) = segment_.evidence.information(row, column);
+    }
+  }
+  const Eigen::LDLT<StateMatrix> root(information);
+  StateMatrix B = StateMatrix::Zero(3 + n, n);
+  B.bottomRows(n) = root.transpositionsP().transpose() * StateMatrix(root.matrixL()) *
+                    root.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const StateMatrix PB = state.P * B;
+  const StateMatrix S = StateMatrix::Identity(n, n) + B.transpose() * PB;
+  const StateMatrix K = S.llt().solve(PB.transpose()).transpose();
+  const StateMatrix I_KB = StateMatrix::Identity(3 + n, 3 + n) - K * B.transpose();
+  state.P = I_KB * state.P * I_KB.transpose() + K * K.transpose();
+  shift(state.P * gradient, state);
+}
+
+void JointFilter::shift(const StateVector& change, State& state) const {
+  state.pose.x += change[0];
+  state.pose.y += change[1];
+  state.pose.yaw += change[2];
+  for (std::size_t k = 0; k < active_.size(); ++k)
+    state.values[static_cast<Eigen::Index>(active_[k])] += change[static_cast<Eigen::Index>(3 + k)];
+}
+
+Pose2 JointFilter::expectedLaser(const State& state, double lead) const {
+  const Pose2 laser = state.pose * mountOf(state.values);
+  const Eigen::Vector3d moved = laserVelocity(state) * lead;
   return {laser.x + moved.x(), laser.y + moved.y(), laser.yaw + moved.z()};
 }
 
 Innovation JointFilter::update(const LaserPose& laser, double lead) {
   const State state = predicted();
-  const Pose2 expected = expectedLaser(state.pose, lead);
-  const MeasurementJacobian H = measurementJacobian(state.pose.yaw);
+  const Pose2 expected = expectedLaser(state, lead);
+  const MeasurementJacobian H = measurementJacobian(state);
   Innovation innovation;
   innovation.residual = laser.pose.vector() - expected.vector();
   innovation.residual.z() = wrapAngle(innovation.residual.z());
@@ -149,15 +191,10 @@ bool JointFilter::correct(const State& state, const MeasurementJacobian& H,
   P = 0.5 * (P + P.transpose().eval());
   for (Eigen::Index i = 0; i < 3; ++i)
     P(i, i) = std::max(P(i, i), kPoseFloor * kPoseFloor * laser_covariance(i, i));
-  state_.P = P;
-  state_.pose = {state.pose.x + change[0], state.pose.y + change[1], state.pose.yaw + change[2]};
-  ParameterVector values = model_.values();
-  for (std::size_t k = 0; k < active_.size(); ++k)
-    values[static_cast<Eigen::Index>(active_[k])] += change[static_cast<Eigen::Index>(3 + k)];
-  model_.setValues(values);
-  const BodyMotion twist = segment_.twist;
-  segment_ = MotionSegment();
-  segment_.twist = twist;
+  state_ = {state.pose, state.values, P};
+  shift(change, state_);
+  model_.setValues(state_.values);
+  beginSegment();
   return true;
 }
 
@@ -166,7 +203,7 @@ FilterEstimate JointFilter::estimate() const {
   FilterEstimate estimate;
   estimate.pose = state.pose;
   estimate.pose_covariance = state.P.topLeftCorner<3, 3>();
-  estimate.values = model_.values();
+  estimate.values = state.values;
   for (std::size_t i = 0; i < active_.size(); ++i)
     for (std::size_t j = 0; j < active_.size(); ++j)
       estimate.covariance(static_cast<Eigen::Index>(active_[i]), static_cast<Eigen::Index>(active_[j])) =

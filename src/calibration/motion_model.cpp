@@ -2,9 +2,14 @@
 
 #include "bs_car_odometry/core/first_order_covariance.hpp"
 
+#include <algorithm>
+
 namespace bs_car_odometry::calibration {
 
 namespace {
+
+/// 0.1 % of a chi-square with 3 degrees of freedom, those of a step of four wheels and two angles.
+constexpr double kContradiction = 16.2662;
 
 OdometryConfiguration configurationOf(const Parameters& parameters) {
   return {parameters.vehicle, parameters.noise,        parameters.odometry,
@@ -64,6 +69,23 @@ MotionSensitivity MotionModel::sensitivity(const SystematicSensitivity& J,
   return result;
 }
 
+/// Steps whose readings contradict each other, as when a wheel slips, are believed less.
+void MotionModel::addEvidence(const StepReadings& readings, Evidence& evidence) const {
+  const auto* const fit = std::get_if<WheelFit>(&model_);
+  if (!fit) return;
+  const ParameterEvidence step = fit->evidence(readings);
+  const double weight = std::min(1.0, kContradiction / step.chi_square);
+  const SteeringAngles mean = readings.mean();
+  const PerAxle<SteeringCalibration>& steering = configuration_.vehicle.steering;
+  Eigen::Matrix<double, systematic::kCount, kMotionCount> T;
+  T.setZero();
+  T.leftCols<systematic::kCount>().setIdentity();
+  T(systematic::kFrontOffset, kFrontScale) = readingOf(mean.front, steering.front);
+  T(systematic::kRearOffset, kRearScale) = readingOf(mean.rear, steering.rear);
+  evidence.information += weight * (T.transpose() * step.information * T);
+  evidence.gradient += weight * (T.transpose() * step.gradient);
+}
+
 void MotionModel::extend(const MeasuredStep& step, MotionSegment& segment) const {
   const StepReadings readings = adapted(step.readings);
   BodyIncrement increment;
@@ -72,6 +94,7 @@ void MotionModel::extend(const MeasuredStep& step, MotionSegment& segment) const
   const Eigen::Matrix3d F = moved.J_pose_pose();
   const Eigen::Matrix3d G = moved.J_pose_motion();
   const MotionSensitivity J = sensitivity(increment.J_motion_systematic, readings);
+  addEvidence(readings, segment.evidence);
   advanceNoise(moved, increment.path_covariance, segment.noise);
   segment.J = F * segment.J + G * J;
   if (step.steering_doubt.front > 0.0 || step.steering_doubt.rear > 0.0 || !segment.doubt.isZero(0.0)) {

@@ -216,20 +216,67 @@ void WheelFit::subtractSteeringOfOtherSteps(const FitSolution& fit, const Eigen:
   }
 }
 
-StepNoise WheelFit::noiseSources(const StepReadings& readings) const {
+WheelFit::Solved WheelFit::solve(const StepReadings& readings) const {
   const SteeringAngles angles = readings.mean();
-  const double rear_slope = shared_sensor_ ? vehicle_.rear_steering.slope(angles.front) : 0.0;
-  const FitEquations equations = fitEquations(geometry_, angles);
-  const double travel = commonTravel(equations, readings);
-  const FitCovariance path_noise = pathNoise(equations, travel, rear_slope);
-  const FitCovariance R{path_noise.wheels + rounding_, path_noise.axles + kFloorVariance, path_noise.shared};
-  const FitSolution fit = solveFit(equations.H, R, measuredTravels(readings));
+  Solved solved;
+  solved.rear_slope = shared_sensor_ ? vehicle_.rear_steering.slope(angles.front) : 0.0;
+  solved.equations = fitEquations(geometry_, angles);
+  solved.travel = commonTravel(solved.equations, readings);
+  const FitCovariance path_noise = pathNoise(solved.equations, solved.travel, solved.rear_slope);
+  solved.R = {path_noise.wheels + rounding_, path_noise.axles + kFloorVariance, path_noise.shared};
+  solved.fit = solveFit(solved.equations.H, solved.R, measuredTravels(readings));
+  return solved;
+}
+
+StepNoise WheelFit::noiseSources(const StepReadings& readings) const {
+  const Solved solved = solve(readings);
+  const FitEquations& equations = solved.equations;
   StepNoise noise;
-  noise.J_motion_wheel = fit.Kt.topRows<4>().transpose();
-  Eigen::Map<Eigen::Array4d>(noise.wheel_path.values.data()) = travel * equations.path_ratio * used_;
-  noise.J_motion_slip = fit.Kt.bottomRows<2>().transpose();
-  noise.axle_path = {travel * equations.axle_ratio(0), travel * equations.axle_ratio(1)};
+  noise.J_motion_wheel = solved.fit.Kt.topRows<4>().transpose();
+  Eigen::Map<Eigen::Array4d>(noise.wheel_path.values.data()) = solved.travel * equations.path_ratio * used_;
+  noise.J_motion_slip = solved.fit.Kt.bottomRows<2>().transpose();
+  noise.axle_path = {solved.travel * equations.axle_ratio(0), solved.travel * equations.axle_ratio(1)};
   return noise;
+}
+
+/// D = dy/dA - dH/dA t, at the fitted travels: the measured ones err together with the residuals that D is
+/// multiplied by, which would make every gain too small by c^2 over the length of a step (0.1 % at 25 mm).
+FitMatrix<systematic::kCount> WheelFit::J_equations(const Solved& solved,
+                                                    const StepReadings& readings) const {
+  using namespace systematic;
+  const FitMatrix<3>& H = solved.equations.H;
+  const BodyMotion& t = solved.fit.motion;
+  const Eigen::Map<const Eigen::Array4d> travels(readings.travel.values.data());
+  const Eigen::Array4d nominal = (travels - solved.fit.residual.head<4>().array()) * used_ * per_gain_;
+  const Eigen::Array4d half_turn = t.z() * half_track_ * H.col(0).head<4>().array();
+  const SteeringEffect steering = steeringEffect(H, t);
+  FitMatrix<kCount> D = FitMatrix<kCount>::Zero();
+  D(0, kFrontLeft) = nominal(0);
+  D(1, kFrontRight) = nominal(1);
+  D(2, kRearLeft) = nominal(2);
+  D(3, kRearRight) = nominal(3);
+  D.col(kFrontTrack).segment<2>(0) << half_turn(0), -half_turn(1);
+  D.col(kRearTrack).segment<2>(2) << half_turn(2), -half_turn(3);
+  D.col(kFrontOffset).segment<2>(0) = -steering.across.head<2>();
+  D(4, kFrontOffset) = steering.along(0);
+  const Eigen::Index rear = shared_sensor_ ? kFrontOffset : kRearOffset;
+  const double slope = shared_sensor_ ? solved.rear_slope : 1.0;
+  D.col(rear).segment<2>(2) = -slope * steering.across.tail<2>();
+  D(5, rear) = slope * steering.along(1);
+  return D;
+}
+
+ParameterEvidence WheelFit::evidence(const StepReadings& readings) const {
+  const Solved solved = solve(readings);
+  const FitMatrix<systematic::kCount> D = J_equations(solved, readings);
+  const FitCovariance weights = inverse(solved.R);
+  const FitMatrix<systematic::kCount> WD = weights * D;
+  const Eigen::Matrix<double, 3, systematic::kCount> HWD = solved.equations.H.transpose() * WD;
+  ParameterEvidence evidence;
+  evidence.information = D.transpose() * WD - HWD.transpose() * solved.fit.P * HWD;
+  evidence.gradient = -WD.transpose() * solved.fit.residual;
+  evidence.chi_square = solved.fit.chi_square;
+  return evidence;
 }
 
 void WheelFit::setResiduals(const FitSolution& fit, FitResiduals& residuals) const {
@@ -239,19 +286,28 @@ void WheelFit::setResiduals(const FitSolution& fit, FitResiduals& residuals) con
   residuals.degrees_of_freedom = wheels_used_ - 1;  // and two axles, less three unknowns
 }
 
-/// Derivatives of the motion, transposed, with respect to the two axles' angles. An axle's row moves by the
-/// travel V_j along its angle; a wheel's row by the sideways travel of the wheel, which is zero where it
-/// rolls freely (Ackermann) and not where both wheels of an axle are kept parallel.
-Eigen::Matrix<double, 2, 3> WheelFit::J_motion_steering(const FitMatrix<3>& H, const FitSolution& fit) const {
-  const BodyMotion& t = fit.motion;
-  const Eigen::Array2d along =
+/// An axle's row moves by the travel V_j along its angle; a wheel's row by the sideways travel of the wheel,
+/// which is zero where it rolls freely (Ackermann) and not where both wheels of an axle are kept parallel.
+WheelFit::SteeringEffect WheelFit::steeringEffect(const FitMatrix<3>& H, const BodyMotion& t) const {
+  SteeringEffect effect;
+  effect.along =
       H.col(1).tail<2>().array() * t.x() - H.col(0).tail<2>().array() * (t.y() + geometry_.axle_x * t.z());
-  Eigen::Matrix<double, 2, 3> J = fit.Kt.bottomRows<2>().array().colwise() * along;
   if (geometry_.parallel_wheels) {
-    const Eigen::Array4d across = H.col(0).head<4>().array() * (t.y() + geometry_.x * t.z()) -
-                                  H.col(1).head<4>().array() * (t.x() - geometry_.y * t.z());
-    J.row(0) -= across.head<2>().matrix().transpose() * fit.Kt.middleRows<2>(0);
-    J.row(1) -= across.tail<2>().matrix().transpose() * fit.Kt.middleRows<2>(2);
+    effect.across = H.col(0).head<4>().array() * (t.y() + geometry_.x * t.z()) -
+                    H.col(1).head<4>().array() * (t.x() - geometry_.y * t.z());
+  } else {
+    effect.across.setZero();
+  }
+  return effect;
+}
+
+/// Derivatives of the motion, transposed, with respect to the two axles' angles.
+Eigen::Matrix<double, 2, 3> WheelFit::J_motion_steering(const FitMatrix<3>& H, const FitSolution& fit) const {
+  const SteeringEffect effect = steeringEffect(H, fit.motion);
+  Eigen::Matrix<double, 2, 3> J = fit.Kt.bottomRows<2>().array().colwise() * effect.along;
+  if (geometry_.parallel_wheels) {
+    J.row(0) -= effect.across.head<2>().matrix().transpose() * fit.Kt.middleRows<2>(0);
+    J.row(1) -= effect.across.tail<2>().matrix().transpose() * fit.Kt.middleRows<2>(2);
   }
   return J;
 }

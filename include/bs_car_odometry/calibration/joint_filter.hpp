@@ -32,17 +32,21 @@ class JointFilter final : public Filter {
 
   struct State {
     Pose2 pose;
+    ParameterVector values;
     StateMatrix P;  ///< of (x, y, yaw) and the parameters in active_
   };
 
   /// The state at the end of the segment.
   State predicted() const;
+  void takeEvidence(State& state) const;
+  void shift(const StateVector& change, State& state) const;
+  void beginSegment();
   /// Columns of a matrix over all parameters that belong to the estimated ones.
   MeasurementJacobian columns(const Eigen::Matrix<double, 3, kCount>& J) const;
-  MeasurementJacobian measurementJacobian(double yaw) const;
-  Pose2 expectedLaser(const Pose2& base, double lead) const;
+  MeasurementJacobian measurementJacobian(const State& state) const;
+  Pose2 expectedLaser(const State& state, double lead) const;
   /// Velocity of the laser's point in the map [m/s, m/s, rad/s].
-  Eigen::Vector3d laserVelocity(double yaw) const;
+  Eigen::Vector3d laserVelocity(const State& state) const;
   bool correct(const State& state, const MeasurementJacobian& H, const Eigen::Matrix3d& laser_covariance,
                const Innovation& innovation);
 

@@ -11,6 +11,15 @@ namespace bs_car_odometry::calibration {
 /// d(motion)/d(parameters that move the car).
 using MotionSensitivity = Eigen::Matrix<double, 3, kMotionCount>;
 
+/// What the wheels of a car and its angles say of the parameters among each other, with no laser: an error dA
+/// has the likelihood exp(-dA^T information dA / 2 + gradient^T dA) about the values of the model. All zero
+/// with the odometry of one axle, where nothing is left over.
+struct Evidence {
+  Eigen::Matrix<double, kMotionCount, kMotionCount> information =
+      Eigen::Matrix<double, kMotionCount, kMotionCount>::Zero();
+  Eigen::Matrix<double, kMotionCount, 1> gradient = Eigen::Matrix<double, kMotionCount, 1>::Zero();
+};
+
 /// Motion of base_link over some steps, seen from where they begin, with everything that a filter or a fit
 /// needs of them (docs/calibration.md, 2).
 struct MotionSegment {
@@ -19,6 +28,7 @@ struct MotionSegment {
   MotionSensitivity J{MotionSensitivity::Zero()};  ///< d motion / d parameters
   Eigen::Matrix<double, 3, 2> doubt{Eigen::Matrix<double, 3, 2>::Zero()};  ///< see SteeringDoubt
   BodyMotion twist{BodyMotion::Zero()};  ///< of the last step [m/s, m/s, rad/s]
+  Evidence evidence;                     ///< of the same readings
   double distance{0.0};                  ///< [m], path length
   double duration{0.0};                  ///< [s]
 
@@ -44,6 +54,7 @@ class MotionModel {
   void extend(const MeasuredStep& step, MotionSegment& segment) const;
 
  private:
+  void addEvidence(const StepReadings& readings, Evidence& evidence) const;
   MotionSensitivity sensitivity(const SystematicSensitivity& J, const StepReadings& readings) const;
 
   OdometryConfiguration configuration_;  ///< with the present values

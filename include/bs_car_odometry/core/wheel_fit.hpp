@@ -68,6 +68,16 @@ struct FitSolution {
   double chi_square;      ///< r^T R^-1 r
 };
 
+/// What the readings of a step say of the parameters whatever the motion was: six equations leave three over.
+/// About the parameters' present values, an error dA of them has the likelihood
+///     exp(-dA^T information dA / 2 + gradient^T dA)      (docs/calibration.md, 2)
+struct ParameterEvidence {
+  using Gradient = Eigen::Matrix<double, systematic::kCount, 1>;
+  SystematicCovariance information;  ///< D^T M D, M = R^-1 - R^-1 H P H^T R^-1, D = dy/dA - dH/dA t
+  Gradient gradient;                 ///< -D^T R^-1 r
+  double chi_square;                 ///< of the step
+};
+
 /// Rows of (W1) for the mean angles of a step.
 FitEquations fitEquations(const FitGeometry& geometry, const SteeringAngles& steering);
 
@@ -96,13 +106,32 @@ class WheelFit {
   /// The noise that update() sums up, source by source.
   StepNoise noiseSources(const StepReadings& readings) const;
 
+  /// What is left over by update(), for a calibration.
+  ParameterEvidence evidence(const StepReadings& readings) const;
+
  private:
+  /// Everything that leads to the motion of a step.
+  struct Solved {
+    double rear_slope;
+    FitEquations equations;
+    double travel;
+    FitCovariance R;
+    FitSolution fit;
+  };
+  Solved solve(const StepReadings& readings) const;
   Eigen::Array4d measuredTravels(const StepReadings& readings) const;
   double commonTravel(const FitEquations& equations, const StepReadings& readings) const;
   FitCovariance pathNoise(const FitEquations& equations, double travel, double rear_slope) const;
   void setResiduals(const FitSolution& fit, FitResiduals& residuals) const;
   void subtractSteeringOfOtherSteps(const FitSolution& fit, const Eigen::Array2d& V,
                                     const FitCovariance& path_noise, Eigen::Matrix3d& step_covariance) const;
+  /// Derivatives of the equations by the axles' angles.
+  struct SteeringEffect {
+    Eigen::Array2d along;   ///< of the axles' rows [m]: how far they travel along their angle
+    Eigen::Array4d across;  ///< of the wheels' rows [m]: how far those of parallel wheels slide
+  };
+  SteeringEffect steeringEffect(const FitMatrix<3>& H, const BodyMotion& t) const;
+  FitMatrix<systematic::kCount> J_equations(const Solved& solved, const StepReadings& readings) const;
   Eigen::Matrix<double, 2, 3> J_motion_steering(const FitMatrix<3>& H, const FitSolution& fit) const;
   void setSensitivity(const FitMatrix<3>& H, const FitSolution& fit, const StepReadings& readings,
                       double rear_slope, SystematicSensitivity& J) const;

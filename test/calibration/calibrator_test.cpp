@@ -1,0 +1,113 @@
+// The calibration over time: simulated drives of a car whose gains are not the configured ones.
+
+#include "calibration_drive.hpp"
+
+#include "bs_car_odometry/laboratory/chi_square.hpp"
+
+#include <gmock/gmock.h>
+#include <Eigen/Cholesky>
+
+#include <cmath>
+#include <iostream>
+#include <string>
+#include <vector>
+
+namespace bs_car_odometry::calibration {
+namespace {
+
+using laboratory::Sample;
+
+constexpr std::array<std::size_t, 6> kGains{systematic::kFrontRight, systematic::kFrontLeft,
+                                            systematic::kFrontTrack, systematic::kRearRight,
+                                            systematic::kRearLeft,   systematic::kRearTrack};
+
+/// A car whose gains are drawn from the prior.
+Vehicle drawnCar(const Parameters& parameters, std::uint64_t seed) {
+  simulation::Random random(seed, 77);
+  ParameterVector values = valuesOf(parameters);
+  for (const std::size_t gain : kGains)
+    values[static_cast<Eigen::Index>(gain)] = 1.0 + parameters.calibration.prior.k_r * random.normal();
+  Vehicle vehicle = parameters.vehicle;
+  setValues(values, vehicle);
+  return vehicle;
+}
+
+std::vector<Sample> driven(const Vehicle& car, const Parameters& parameters, const std::string& scenario,
+                           std::uint64_t seed, double duration = 0.0) {
+  laboratory::DriveSettings settings;
+  settings.scenario = scenario;
+  settings.rate = 50.0;
+  settings.duration = duration;
+  settings.noise = parameters.noise;
+  settings.seed = seed;
+  return laboratory::record(car, settings);
+}
+
+/// Squared Mahalanobis distance of the gains that are estimated.
+double gainNees(const Calibrator& calibrator, const Vehicle& truth, Parameters parameters, int& degrees) {
+  const FilterEstimate estimate = calibrator.estimate();
+  parameters.vehicle = truth;
+  const ParameterVector error = estimate.values - valuesOf(parameters);
+  std::vector<Eigen::Index> used;
+  for (const std::size_t gain : kGains)
+    if (calibrator.estimated()[gain]) used.push_back(static_cast<Eigen::Index>(gain));
+  degrees = static_cast<int>(used.size());
+  Eigen::MatrixXd P(degrees, degrees);
+  Eigen::VectorXd e(degrees);
+  for (int i = 0; i < degrees; ++i) {
+    e[i] = error[used[static_cast<std::size_t>(i)]];
+    for (int j = 0; j < degrees; ++j)
+      P(i, j) = estimate.covariance(used[static_cast<std::size_t>(i)], used[static_cast<std::size_t>(j)]);
+  }
+  return e.dot(P.llt().solve(e));
+}
+
+struct Case {
+  std::string scenario;
+  AxleSelection axles;
+};
+
+class Gains : public ::testing::TestWithParam<Case> {};
+
+/// Gains drawn from the prior, 100 drives of seeds 1 to 100: mean NEES and NIS inside their 99.9 % intervals.
+TEST_P(Gains, areFoundAsWellAsTheFilterSays) {
+  Parameters parameters = testParameters();
+  parameters.odometry.axles = GetParam().axles;
+  constexpr int kDrives = 100;
+  double nees = 0.0;
+  double nis = 0.0;
+  double updates = 0.0;
+  int degrees = 0;
+  for (std::uint64_t seed = 1; seed <= kDrives; ++seed) {
+    const Vehicle car = drawnCar(parameters, seed);
+    const std::vector<Sample> drive = driven(car, parameters, GetParam().scenario, seed);
+    LaserSettings laser;
+    laser.seed = seed;
+    Calibrator calibrator(parameters);
+    calibrator.setListener([&](const CalibrationUpdate& update) {
+      nis += update.innovation.nis;
+      ++updates;
+    });
+    calibrate(calibrator, parameters, drive, laserPoses(drive, parameters, laser));
+    nees += gainNees(calibrator, car, parameters, degrees) / kDrives;
+    EXPECT_TRUE(calibrator.allGainsObserved()) << "seed " << seed;
+    EXPECT_EQ(calibrator.counts().relocalisations, 0u) << "seed " << seed;
+  }
+  const laboratory::Interval bounds = laboratory::meanInterval(degrees, kDrives);
+  EXPECT_TRUE(bounds.holds(nees)) << "mean NEES of " << degrees << " gains " << nees << ", allowed "
+                                  << bounds.low << " to " << bounds.high;
+  const laboratory::Interval nis_bounds = laboratory::meanInterval(3, static_cast<std::size_t>(updates));
+  EXPECT_TRUE(nis_bounds.holds(nis / updates)) << nis / updates;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Drives, Gains,
+    ::testing::Values(Case{"fig4", AxleSelection::kBoth}, Case{"fig4", AxleSelection::kRear},
+                      Case{"fig4", AxleSelection::kFront}, Case{"slalom_eight", AxleSelection::kBoth},
+                      Case{"slalom_eight", AxleSelection::kRear}),
+    [](const auto& tested) {
+      return tested.param.scenario + std::to_string(static_cast<int>(tested.param.axles));
+    });
+
+}  // namespace
+}  // namespace bs_car_odometry::calibration
