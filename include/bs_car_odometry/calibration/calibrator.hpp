@@ -12,8 +12,22 @@
 
 namespace bs_car_odometry::calibration {
 
-/// What became of a laser pose when it came.
-enum class LaserVerdict { kAccepted, kNotFinite, kBadCovariance, kOutOfOrder, kTooLate, kOverflow };
+/// What became of a laser pose when it came (docs/reliability.md). Those after kOverflow are found where
+/// messages enter.
+enum class LaserVerdict {
+  kAccepted,
+  kNotFinite,
+  kBadCovariance,
+  kOutOfOrder,
+  kTooLate,
+  kOverflow,
+  kStampZero,
+  kStampInvalid,  ///< nanoseconds out of range
+  kFuture,
+  kOtherFrame,  ///< in another map than the poses before
+  kNoMount,     ///< where the laser sits is not known yet
+  kCount
+};
 
 enum class CalibrationStage { kStart, kRunning, kConverged };
 
