@@ -1,6 +1,7 @@
 #include "bs_car_odometry/calibration/motion_model.hpp"
 
 #include "bs_car_odometry/core/first_order_covariance.hpp"
+#include "bs_car_odometry/parameters/configuration.hpp"
 
 #include <algorithm>
 
@@ -10,11 +11,6 @@ namespace {
 
 /// 0.1 % of a chi-square with 3 degrees of freedom, those of a step of four wheels and two angles.
 constexpr double kContradiction = 16.2662;
-
-OdometryConfiguration configurationOf(const Parameters& parameters) {
-  return {parameters.vehicle, parameters.noise,        parameters.odometry,
-          parameters.limits,  parameters.initial_pose, parameters.relative_motion};
-}
 
 double readingOf(double angle, const SteeringCalibration& steering) {
   return (angle - steering.offset) / steering.scale;
@@ -36,7 +32,7 @@ SteeringAngles adapted(const SteeringAngles& angles, const Vehicle& from, const 
 }  // namespace
 
 MotionModel::MotionModel(const Parameters& parameters)
-    : configuration_(configurationOf(parameters)),
+    : configuration_(toConfiguration(parameters)),
       configured_(parameters.vehicle),
       values_(valuesOf(parameters)),
       model_(makeOdometryModel(configuration_)) {}

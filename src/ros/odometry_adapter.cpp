@@ -6,22 +6,9 @@ namespace bs_car_odometry {
 
 namespace {
 
-/// Wheel joints become counters of 2^-32 rad, finer than any encoder, so that one code handles both.
-constexpr double kTicksPerRadian = 4294967296.0;
 constexpr double kFarthestJoint = 1e9;  // [rad]; beyond, the counter would leave its 64 bits
 
 }  // namespace
-
-OdometryConfiguration toConfiguration(const Parameters& parameters) {
-  OdometryConfiguration configuration{parameters.vehicle,      parameters.noise,
-                                      parameters.odometry,     parameters.limits,
-                                      parameters.initial_pose, parameters.relative_motion};
-  if (parameters.input == InputSource::kJointStates) {
-    for (double& metres : configuration.vehicle.metres_per_tick.values) metres /= kTicksPerRadian;
-    configuration.vehicle.counter_bits = 0;
-  }
-  return configuration;
-}
 
 OdometryAdapter::OdometryAdapter(const Parameters& parameters)
     : parameters_(parameters),

@@ -2,6 +2,7 @@
 
 #include "bs_car_odometry/calibration/calibrator.hpp"
 #include "bs_car_odometry/laboratory/drive.hpp"
+#include "bs_car_odometry/parameters/configuration.hpp"
 #include "bs_car_odometry/simulation/random.hpp"
 
 #include <cmath>
@@ -21,11 +22,6 @@ inline Parameters testParameters() {
   vehicle.track = {1.2, 1.2};
   vehicle.metres_per_tick = {{1e-4, 1e-4, 1e-4, 1e-4}};
   return parameters;
-}
-
-inline OdometryConfiguration configurationOf(const Parameters& parameters) {
-  return {parameters.vehicle, parameters.noise,        parameters.odometry,
-          parameters.limits,  parameters.initial_pose, parameters.relative_motion};
 }
 
 struct LaserSettings {
@@ -63,7 +59,7 @@ inline std::vector<LaserPose> laserPoses(const std::vector<laboratory::Sample>& 
 inline void calibrate(Calibrator& calibrator, const Parameters& parameters,
                       const std::vector<laboratory::Sample>& drive, const std::vector<LaserPose>& lasers,
                       std::size_t every = 5, std::size_t delay = 0) {
-  OdometryPipeline pipeline(configurationOf(parameters));
+  OdometryPipeline pipeline(toConfiguration(parameters));
   for (std::size_t i = 0; i < drive.size(); ++i) {
     calibrator.add(laboratory::step(pipeline, drive[i]));
     if (i >= delay && (i - delay) % every == 0) calibrator.add(lasers[(i - delay) / every]);

@@ -3,6 +3,7 @@
 #include "bs_car_odometry/SteeringAngle.h"
 #include "bs_car_odometry/WheelTicks.h"
 #include "bs_car_odometry/core/odometry_pipeline.hpp"
+#include "bs_car_odometry/parameters/configuration.hpp"
 #include "bs_car_odometry/parameters/parameters.hpp"
 #include "bs_car_odometry/ros/conversions.hpp"
 #include "bs_car_odometry/ros/joint_state_reader.hpp"
@@ -61,8 +62,5 @@ class OdometryAdapter {
   OutputFrames frames_;
   OdometryPipeline pipeline_;
 };
-
-/// What the pipeline is built from.
-OdometryConfiguration toConfiguration(const Parameters& parameters);
 
 }  // namespace bs_car_odometry
