@@ -61,7 +61,11 @@ inline void calibrate(Calibrator& calibrator, const Parameters& parameters,
                       std::size_t every = 5, std::size_t delay = 0) {
   OdometryPipeline pipeline(toConfiguration(parameters));
   for (std::size_t i = 0; i < drive.size(); ++i) {
-    calibrator.add(laboratory::step(pipeline, drive[i]));
+    const Time stamp = laboratory::stampOf(drive[i]);
+    for (const Axle axle : kAllAxles)
+      if (pipeline.steeringNeeded()[axle]) pipeline.addSteering(axle, stamp, stamp, drive[i].steering[axle]);
+    pipeline.addWheels({stamp, stamp, drive[i].ticks});
+    while (const auto update = pipeline.next(stamp)) calibrator.add(*update);
     if (i >= delay && (i - delay) % every == 0) calibrator.add(lasers[(i - delay) / every]);
   }
 }
