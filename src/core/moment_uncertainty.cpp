@@ -25,12 +25,16 @@ void ExactMoments::advance(const UncertainStep& step) {
   }
 }
 
-void ExactMoments::setSystematic(const SystematicPrior& prior) {
+/// What the old errors did beyond first order is over, as is the lag of the noise: their covariance stays.
+void ExactMoments::setSystematic(const SystematicPrior& prior, const SystematicCovariance& carried) {
   Eigen::Matrix3d covariance;
   getTotal(covariance);
-  noise_.reset(dead_reckoned_, covariance);
+  if (rule_ == SystematicRule::kDegreeFive) sensitivity_ = nodes_.sensitivity();
+  sensitivity_ = (sensitivity_ * carried).eval();
+  covariance -= sensitivity_ * sensitivity_.transpose();
+  noise_.reset(dead_reckoned_, withoutNegativeVariances(covariance));
   nodes_ = SystematicNodes(prior);
-  sensitivity_.setZero();
+  nodes_.reset(sensitivity_);
 }
 
 /// From the dead-reckoned position to the expected one as the noise has it.
@@ -81,10 +85,8 @@ void ClosedForm::advance(const UncertainStep& step) {
   advanceSensitivity(step.moved, step.J_motion, sensitivity_);
 }
 
-void ClosedForm::setSystematic(const SystematicPrior& /*prior*/) {
-  Eigen::Matrix3d covariance;
-  getTotal(covariance);
-  reset(noise_.mean(), covariance);
+void ClosedForm::setSystematic(const SystematicPrior& /*prior*/, const SystematicCovariance& carried) {
+  noise_.add(carryOver(carried, sensitivity_));
 }
 
 void ClosedForm::getTotal(Eigen::Matrix3d& total) const {
@@ -103,6 +105,8 @@ void Paper2Simplified::advance(const UncertainStep& step) {
   advanceSensitivity(step.moved, step.J_motion, sensitivity_);
 }
 
-void Paper2Simplified::setSystematic(const SystematicPrior& /*prior*/) { reset({}, total()); }
+void Paper2Simplified::setSystematic(const SystematicPrior& /*prior*/, const SystematicCovariance& carried) {
+  noise_ += carryOver(carried, sensitivity_);
+}
 
 }  // namespace bs_car_odometry

@@ -99,6 +99,12 @@ MotionHistory::Step* MotionHistory::append(const TimeSpan& span) {
   return &steps_[newest];
 }
 
+void MotionHistory::setParameters(const Eigen::Matrix<double, systematic::kCount, 1>& change,
+                                  const SystematicCovariance& systematic) {
+  systematic_root_ = SystematicRoot(systematic);
+  for (Step& step : steps_) step.motion += step.J_motion_systematic * change;
+}
+
 void MotionHistory::dropOldest() {
   oldest_ = place(1);
   --size_;

@@ -66,7 +66,7 @@ Eigen::Vector3d unseenMotion(const OdometryConfiguration& configuration, Duratio
 OdometryEstimator::OdometryEstimator(const OdometryConfiguration& configuration)
     : configuration_(configuration),
       model_(makeOdometryModel(configuration)),
-      systematic_root_(systematicCovariance(configuration.noise.systematic)),
+      systematic_root_(systematicCovariance(configuration)),
       uncertainty_(makePoseUncertainty(configuration)) {
   reset();
 }
@@ -86,8 +86,18 @@ void OdometryEstimator::setPose(const Pose2& pose, const Eigen::Matrix3d& covari
 }
 
 void OdometryEstimator::setSystematicCovariance(const SystematicCovariance& covariance) {
+  const SystematicRoot before = systematic_root_;
   systematic_root_ = SystematicRoot(covariance);
-  uncertainty_->setSystematic(SystematicPrior(covariance, configuration_));
+  configuration_.systematic_covariance = covariance;
+  uncertainty_->setSystematic(SystematicPrior(covariance, configuration_),
+                              carriedOver(before, systematic_root_));
+}
+
+void OdometryEstimator::setCalibration(const OdometryCalibration& calibration) {
+  configuration_.vehicle.gains = calibration.gains;
+  configuration_.vehicle.steering = calibration.steering;
+  model_ = makeOdometryModel(configuration_);
+  setSystematicCovariance(calibration.covariance);
 }
 
 /// One piece of code (flatten), see WheelFit::update.

@@ -18,6 +18,15 @@ constexpr std::size_t kMostWaiting = 2048;
 constexpr double kPlausibleExcess = 1.5;
 constexpr double kStampJitter = 0.01;
 
+/// In the order of `systematic`.
+Eigen::Matrix<double, systematic::kCount, 1> systematicValues(const OdometryCalibration& calibration) {
+  const PerAxle<AxleGains>& gains = calibration.gains;
+  Eigen::Matrix<double, systematic::kCount, 1> values;
+  values << gains.front.k_r, gains.front.k_l, gains.front.k_b, calibration.steering.front.offset,
+      gains.rear.k_r, gains.rear.k_l, gains.rear.k_b, calibration.steering.rear.offset;
+  return values;
+}
+
 OdometryConfiguration withCleanCovariance(OdometryConfiguration configuration) {
   configuration.initial_pose.covariance = withoutNegativeVariances(configuration.initial_pose.covariance);
   return configuration;
@@ -30,8 +39,7 @@ OdometryPipeline::OdometryPipeline(const OdometryConfiguration& configuration)
       steering_needed_(bs_car_odometry::steeringNeeded(configuration.vehicle, configuration.options)),
       wheel_used_(wheelsUsed(configuration.vehicle, configuration.options)),
       estimator_(withCleanCovariance(configuration)),
-      motion_history_(configuration.relative_motion.history,
-                      systematicCovariance(configuration.noise.systematic)) {
+      motion_history_(configuration.relative_motion.history, systematicCovariance(configuration)) {
   waiting_.reserve(kMostWaiting);
 }
 
@@ -56,7 +64,7 @@ Verdict OdometryPipeline::addSteering(Axle axle, Time stamp, Time receipt, doubl
   const SteeringCalibration& calibration = configuration_.vehicle.steering[axle];
   const double angle = calibration.scale * reading + calibration.offset;
   if (std::abs(angle) > configuration_.limits.steering_limit) return count(Verdict::kSteeringLimit);
-  switch (steering_[axle].insert(stamp, angle)) {
+  switch (steering_[axle].insert(stamp, reading)) {
     case SteeringBuffer::Inserted::kRepeated:
       return count(Verdict::kRepeated);
     case SteeringBuffer::Inserted::kTooOld:
@@ -129,8 +137,9 @@ std::optional<OdometryUpdate> OdometryPipeline::process(const WheelCounts& count
   const double oldest = std::max(report_.steering_age.front, report_.steering_age.rear);
   if (oldest > toSeconds(configuration_.limits.max_steering_age)) report_.state = OdometryState::kNoSteering;
   if (!reference_) {
-    last_angles_ = anglesAt(counts.stamp);
-    report_.steering_angle = {last_angles_.front, last_angles_.rear};
+    last_readings_ = steeringReadingsAt(counts.stamp);
+    const SteeringAngles angles = anglesOf(last_readings_);
+    report_.steering_angle = {angles.front, angles.rear};
     reference_ = counts;
     reference_time_known_ = true;
   } else if (takeReference(counts)) {
@@ -187,13 +196,15 @@ bool OdometryPipeline::takeReference(const WheelCounts& counts) {
   return true;
 }
 
-StepReadings OdometryPipeline::readingsUntil(const WheelCounts& counts) const {
+/// Also takes the steering at its end as that of the next reference.
+StepReadings OdometryPipeline::readingsUntil(const WheelCounts& counts) {
   StepReadings readings;
   readings.travel = travels(*reference_, counts);
   // After a long interval, or in a new time, the buffer may begin after the reference.
   const bool reaches_back = reference_time_known_ && steeringReachesBack(reference_->stamp);
-  readings.begin = reaches_back ? anglesAt(reference_->stamp) : last_angles_;
-  readings.end = anglesAt(counts.stamp);
+  readings.begin = anglesOf(reaches_back ? steeringReadingsAt(reference_->stamp) : last_readings_);
+  last_readings_ = steeringReadingsAt(counts.stamp);
+  readings.end = anglesOf(last_readings_);
   return readings;
 }
 
@@ -210,7 +221,6 @@ void OdometryPipeline::move(const WheelCounts& counts) {
       interval.reset();
     }
   }
-  last_angles_ = readings.end;
   reference_ = counts;
   reference_time_known_ = true;
   if (!estimator_.step(readings, interval)) {
@@ -252,15 +262,26 @@ void OdometryPipeline::reportStep(const StepReadings& readings) {
   report_.steering_angle = {mean.front, mean.rear};
 }
 
-SteeringAngles OdometryPipeline::anglesAt(Time stamp) const {
-  const RearSteering& rear = configuration_.vehicle.rear_steering;
+PerAxle<double> OdometryPipeline::steeringReadingsAt(Time stamp) const {
+  PerAxle<double> readings;
+  for (const Axle axle : kAllAxles)
+    if (steering_needed_[axle]) readings[axle] = steering_[axle].angleAt(stamp);
+  return readings;
+}
+
+SteeringAngles OdometryPipeline::anglesOf(const PerAxle<double>& readings) const {
+  const Vehicle& vehicle = configuration_.vehicle;
+  const auto angle = [&](Axle axle) {
+    if (!steering_needed_[axle]) return 0.0;
+    const double value = vehicle.steering[axle].scale * readings[axle] + vehicle.steering[axle].offset;
+    // A reading that was within the limit may be beyond it with a new scale.
+    return std::clamp(value, -configuration_.limits.steering_limit, configuration_.limits.steering_limit);
+  };
   SteeringAngles angles;
-  if (steering_needed_.front) angles.front = steering_.front.angleAt(stamp);
-  if (rear.source == RearSteering::Source::kPolynomial) {
-    angles.rear = rear.angle(angles.front);
-  } else if (steering_needed_.rear) {
-    angles.rear = steering_.rear.angleAt(stamp);
-  }
+  angles.front = angle(Axle::kFront);
+  angles.rear = vehicle.rear_steering.source == RearSteering::Source::kPolynomial
+                    ? vehicle.rear_steering.angle(angles.front)
+                    : angle(Axle::kRear);
   return angles;
 }
 
@@ -331,6 +352,25 @@ void OdometryPipeline::rebaseTime() {
 
 void OdometryPipeline::setPose(const Pose2& pose, const Eigen::Matrix3d& covariance) {
   estimator_.setPose(pose, withoutNegativeVariances(covariance));
+}
+
+OdometryCalibration OdometryPipeline::calibration() const {
+  return {configuration_.vehicle.gains, configuration_.vehicle.steering,
+          systematicCovariance(configuration_)};
+}
+
+void OdometryPipeline::setCalibration(const OdometryCalibration& calibration) {
+  const OdometryCalibration before = this->calibration();
+  configuration_.vehicle.gains = calibration.gains;
+  configuration_.vehicle.steering = calibration.steering;
+  configuration_.systematic_covariance = calibration.covariance;
+  estimator_.setCalibration(calibration);
+  for (const Axle axle : kAllAxles) {
+    // What a scale did to a step depends on its reading, which the history does not hold.
+    if (calibration.steering[axle].scale != before.steering[axle].scale) motion_history_.clear();
+  }
+  motion_history_.setParameters(systematicValues(calibration) - systematicValues(before),
+                                calibration.covariance);
 }
 
 }  // namespace bs_car_odometry

@@ -103,7 +103,7 @@ void ParticleCloud::reset(const Pose2& pose, const Eigen::Matrix3d& covariance) 
   reference_ = pose;
   unseen_.setZero();
   for (std::vector<double>* values : {&x_, &y_, &yaw_}) std::fill(values->begin(), values->end(), 0.0);
-  drawParameters();
+  drawParameters(prior_, SystematicCovariance::Zero());
   for (const Axle axle : kAllAxles) held_[axle].restart();
   forEachBlock([this](const Block& block, const Workspace&) {
     for (const Axle axle : kAllAxles)
@@ -114,10 +114,10 @@ void ParticleCloud::reset(const Pose2& pose, const Eigen::Matrix3d& covariance) 
   addDraws(covariance, kInitialPose);
 }
 
-void ParticleCloud::setSystematic(const SystematicPrior& prior) {
+void ParticleCloud::setSystematic(const SystematicPrior& prior, const SystematicCovariance& carried) {
   ++step_;
+  drawParameters(prior, carried);
   prior_ = prior;
-  drawParameters();
 }
 
 void ParticleCloud::addDraws(const Eigen::Matrix3d& covariance, std::uint32_t purpose) {
@@ -136,31 +136,49 @@ void ParticleCloud::addDraws(const Eigen::Matrix3d& covariance, std::uint32_t pu
   setMoments();
 }
 
-/// A = L a with independent draws of the components of a.
-void ParticleCloud::drawParameters() {
-  const SystematicCovariance L = prior_.root.matrix();
+/// A' = L' (M^T a + R z) with independent draws of the components of z, R R^T = I - M^T M.
+void ParticleCloud::drawParameters(const SystematicPrior& prior, const SystematicCovariance& carried) {
+  const SystematicCovariance L = prior.root.matrix();
+  const SystematicCovariance I = SystematicCovariance::Identity();
+  const SystematicCovariance drawn = L * SystematicRoot(I - carried.transpose() * carried).matrix();
+  const SystematicCovariance kept =
+      carried.isZero(0.0) ? SystematicCovariance::Zero()
+                          : SystematicCovariance(L * carried.transpose() * prior_.root.inverse());
   forEachBlock([&, this](const Block& block, Workspace& w) {
-    for (std::vector<float>& errors : parameters_) std::fill_n(&errors[block.first], block.count, 0.0F);
-    for (std::size_t j = 0; j < prior_.active.size(); ++j) {
-      if (!prior_.active[j]) continue;
-      drawStandardised(prior_.shape[j], number(kParameters + static_cast<std::uint32_t>(j)),
+    keepParameters(kept, block);
+    for (std::size_t j = 0; j < prior.active.size(); ++j) {
+      if (!prior.active[j]) continue;
+      drawStandardised(prior.shape[j], number(kParameters + static_cast<std::uint32_t>(j)),
                        w.particles.data(), block.count, w.draws[0]);
       for (std::size_t i = j; i < parameters_.size(); ++i) {
-        const auto factor = static_cast<float>(L(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+        const auto factor =
+            static_cast<float>(drawn(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
         for (std::size_t k = 0; k < block.count; ++k)
           parameters_[i][block.first + k] += factor * w.draws[0][k];
       }
     }
   });
-  setUncertain(L);
+  setUncertain(L, prior);
+}
+
+void ParticleCloud::keepParameters(const SystematicCovariance& kept, const Block& block) {
+  const Eigen::Matrix<float, systematic::kCount, systematic::kCount> K = kept.cast<float>();
+  Eigen::Matrix<float, systematic::kCount, 1> errors;
+  for (std::size_t k = block.first; k < block.first + block.count; ++k) {
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+      errors[static_cast<Eigen::Index>(i)] = parameters_[i][k];
+    errors = (K * errors).eval();
+    for (std::size_t i = 0; i < parameters_.size(); ++i)
+      parameters_[i][k] = errors[static_cast<Eigen::Index>(i)];
+  }
 }
 
 /// Which parameters have errors at all, and how large those of the angles are.
-void ParticleCloud::setUncertain(const SystematicCovariance& L) {
+void ParticleCloud::setUncertain(const SystematicCovariance& L, const SystematicPrior& prior) {
   std::array<double, systematic::kCount> variance{};
   for (std::size_t i = 0; i < uncertain_.size(); ++i) {
     for (std::size_t j = 0; j <= i; ++j)
-      if (prior_.active[j])
+      if (prior.active[j])
         variance[i] += std::pow(L(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)), 2);
     uncertain_[i] = variance[i] > 0.0;
   }

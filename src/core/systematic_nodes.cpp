@@ -94,6 +94,20 @@ void SystematicNodes::reset() {
   beginSegment();
 }
 
+void SystematicNodes::reset(const SystematicSensitivity& sensitivity) {
+  sensitivity_ = sensitivity;
+  Row moved{};
+  for (std::size_t j = 0; j < dimensions_; ++j)
+    moved[j] = Complex(sensitivity(0, axes_[j].component), sensitivity(1, axes_[j].component));
+  for (std::size_t k = 0; k < count_; ++k) {
+    nodes_[k].plus = displacement(nodes_[k], moved);
+    nodes_[k].minus = -nodes_[k].plus;
+  }
+  setTurns();
+  setMoments();
+  beginSegment();
+}
+
 void SystematicNodes::beginSegment() {
   begin_sensitivity_ = sensitivity_;
   displacement_ = 0.0;
@@ -131,21 +145,30 @@ SystematicNodes::Segment SystematicNodes::segment() const {
   return segment;
 }
 
+/// What the plus node makes of a sensitivity to the components of a.
+SystematicNodes::Complex SystematicNodes::displacement(const Opposites& nodes, const Row& sensitivity) const {
+  return axes_[nodes.axis].place[nodes.place] * sensitivity[nodes.axis] +
+         nodes.second_sign * axes_[nodes.second_axis].place[0] * sensitivity[nodes.second_axis];
+}
+
 void SystematicNodes::moveNodes() {
   const Segment s = segment();
   for (std::size_t k = 0; k < count_; ++k) {
     Opposites& nodes = nodes_[k];
     const Complex turn = turnOf(nodes);
-    const Complex own = axes_[nodes.axis].place[nodes.place] * s.w[nodes.axis] +
-                        nodes.second_sign * axes_[nodes.second_axis].place[0] * s.w[nodes.second_axis];
+    const Complex own = displacement(nodes, s.w);
     nodes.plus += turn * (s.d + own) - s.d;
     nodes.minus += std::conj(turn) * (s.d - own) - s.d;
   }
+  setTurns();
+  setMoments();
+  beginSegment();
+}
+
+void SystematicNodes::setTurns() {
   for (std::size_t j = 0; j < dimensions_; ++j)
     for (std::size_t i = 0; i < axes_[j].place.size(); ++i)
       axes_[j].turn[i] = std::polar(1.0, axes_[j].place[i] * sensitivity_(2, axes_[j].component));
-  setMoments();
-  beginSegment();
 }
 
 void SystematicNodes::Moments::add(const Opposites& nodes, Complex e) {

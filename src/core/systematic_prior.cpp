@@ -1,5 +1,7 @@
 #include "bs_car_odometry/core/systematic_prior.hpp"
 
+#include <Eigen/SVD>
+
 #include <cmath>
 
 namespace bs_car_odometry {
@@ -43,6 +45,11 @@ SystematicCovariance SystematicRoot::matrix() const {
   return L;
 }
 
+SystematicCovariance SystematicRoot::inverse() const {
+  constexpr int kBothBases = Eigen::ComputeFullU | Eigen::ComputeFullV;
+  return Eigen::JacobiSVD<SystematicCovariance>(matrix(), kBothBases).solve(SystematicCovariance::Identity());
+}
+
 namespace {
 
 using Parameters = std::array<bool, systematic::kCount>;
@@ -79,17 +86,17 @@ Parameters componentsActive(const SystematicRoot& root, const OdometryConfigurat
 }  // namespace
 
 SystematicPrior::SystematicPrior(const OdometryConfiguration& configuration)
-    : root(systematicCovariance(configuration.noise.systematic)),
-      active(componentsActive(root, configuration)) {
-  const SystematicNoise& noise = configuration.noise.systematic;
-  shape = {noise.k_r, noise.k_l, noise.k_b, noise.steering_offset,
-           noise.k_r, noise.k_l, noise.k_b, noise.steering_offset};
-}
+    : SystematicPrior(systematicCovariance(configuration), configuration) {}
 
 SystematicPrior::SystematicPrior(const SystematicCovariance& covariance,
                                  const OdometryConfiguration& configuration)
     : root(covariance), active(componentsActive(root, configuration)) {
-  shape.fill(Distribution(1.0));
+  const SystematicNoise& noise = configuration.noise.systematic;
+  const SystematicCovariance nominal = systematicCovariance(noise);
+  shape = {noise.k_r, noise.k_l, noise.k_b, noise.steering_offset,
+           noise.k_r, noise.k_l, noise.k_b, noise.steering_offset};
+  for (Eigen::Index j = 0; j < covariance.cols(); ++j)
+    if (covariance.col(j) != nominal.col(j)) shape[static_cast<std::size_t>(j)] = Distribution(1.0);
 }
 
 void setTotal(const Eigen::Matrix3d& noise, const SystematicSensitivity& J, double scale,
@@ -104,6 +111,24 @@ SystematicCovariance systematicCovariance(const SystematicNoise& noise) {
   sigma << noise.k_r.std(), noise.k_l.std(), noise.k_b.std(), noise.steering_offset.std(),  //
       noise.k_r.std(), noise.k_l.std(), noise.k_b.std(), noise.steering_offset.std();
   return sigma.array().square().matrix().asDiagonal();
+}
+
+SystematicCovariance systematicCovariance(const OdometryConfiguration& configuration) {
+  return configuration.systematic_covariance.value_or(systematicCovariance(configuration.noise.systematic));
+}
+
+SystematicCovariance carriedOver(const SystematicRoot& before, const SystematicRoot& after) {
+  constexpr int kBothBases = Eigen::ComputeFullU | Eigen::ComputeFullV;
+  const SystematicCovariance M = before.inverse() * after.matrix();
+  const Eigen::JacobiSVD<SystematicCovariance> svd(M, kBothBases);
+  const auto share = svd.singularValues().unaryExpr([](double s) { return s > 1.0 ? 1.0 / s : s; });
+  return svd.matrixU() * share.asDiagonal() * svd.matrixV().transpose();
+}
+
+Eigen::Matrix3d carryOver(const SystematicCovariance& M, SystematicSensitivity& sensitivity) {
+  const Eigen::Matrix3d before = sensitivity * sensitivity.transpose();
+  sensitivity = (sensitivity * M).eval();
+  return before - sensitivity * sensitivity.transpose();
 }
 
 }  // namespace bs_car_odometry

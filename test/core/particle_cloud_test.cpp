@@ -171,10 +171,10 @@ double straightSpread(bool redrawn) {
   configuration.noise = noNoise();
   ParticleCloud cloud(configuration);
   const SystematicPrior prior = commonRadius(configuration);
-  cloud.setSystematic(prior);
+  cloud.setSystematic(prior, SystematicCovariance::Zero());
   const Step step(configuration, consistentReadings(configuration.vehicle, 0.04, {0.0, 0.0}));
   for (int i = 0; i < 500; ++i) {
-    if (redrawn) cloud.setSystematic(prior);
+    if (redrawn) cloud.setSystematic(prior, SystematicCovariance::Zero());
     cloud.advance(step.uncertain());
   }
   return std::sqrt(cloud.total()(0, 0));
@@ -365,7 +365,8 @@ TEST(ParticleCloud, otherParametersLeaveThePosesWhereTheyAre) {
   const Step step(configuration, consistentReadings(configuration.vehicle, 0.5, {0.0, 0.01}));
   cloud.advance(step.uncertain());
   const Eigen::Matrix3d before = cloud.total();
-  cloud.setSystematic(SystematicPrior(SystematicCovariance::Zero(), configuration));
+  cloud.setSystematic(SystematicPrior(SystematicCovariance::Zero(), configuration),
+                      SystematicCovariance::Zero());
   EXPECT_EQ(cloud.total(), before);
 }
 

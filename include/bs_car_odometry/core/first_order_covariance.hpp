@@ -20,7 +20,9 @@ class FirstOrderCovariance final : public PoseUncertainty {
     advance(step.moved, step.increment.path_covariance, step.J_motion);
   }
   void inflate(const Eigen::Matrix3d& covariance) override { noise_ += covariance; }
-  void setSystematic(const SystematicPrior& /*prior*/) override { reset(total()); }
+  void setSystematic(const SystematicPrior& /*prior*/, const SystematicCovariance& carried) override {
+    noise_ += carryOver(carried, sensitivity_);
+  }
   void getTotal(Eigen::Matrix3d& total) const override { setTotal(noise_, sensitivity_, 1.0, total); }
 
   /// Starts again from a pose of this covariance that owes nothing to the parameters.

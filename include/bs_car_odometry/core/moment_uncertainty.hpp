@@ -16,7 +16,7 @@ class ExactMoments final : public PoseUncertainty {
   void reset(const Pose2& pose, const Eigen::Matrix3d& covariance) override;
   void advance(const UncertainStep& step) override;
   void inflate(const Eigen::Matrix3d& covariance) override { noise_.add(covariance); }
-  void setSystematic(const SystematicPrior& prior) override;
+  void setSystematic(const SystematicPrior& prior, const SystematicCovariance& carried) override;
   void getTotal(Eigen::Matrix3d& total) const override;
 
   /// Covariance about the expected pose.
@@ -44,7 +44,7 @@ class ClosedForm final : public PoseUncertainty {
   void reset(const Pose2& pose, const Eigen::Matrix3d& covariance) override;
   void advance(const UncertainStep& step) override;
   void inflate(const Eigen::Matrix3d& covariance) override { noise_.add(covariance); }
-  void setSystematic(const SystematicPrior& /*prior*/) override;
+  void setSystematic(const SystematicPrior& /*prior*/, const SystematicCovariance& carried) override;
   void getTotal(Eigen::Matrix3d& total) const override;
 
  private:
@@ -61,7 +61,7 @@ class Paper2Simplified final : public PoseUncertainty {
   void reset(const Pose2& pose, const Eigen::Matrix3d& covariance) override;
   void advance(const UncertainStep& step) override;
   void inflate(const Eigen::Matrix3d& covariance) override { noise_ += covariance; }
-  void setSystematic(const SystematicPrior& /*prior*/) override;
+  void setSystematic(const SystematicPrior& /*prior*/, const SystematicCovariance& carried) override;
   void getTotal(Eigen::Matrix3d& total) const override { setTotal(noise_, sensitivity_, 1.0, total); }
 
  private:

@@ -53,6 +53,12 @@ class MotionHistory {
   /// Adds a time in which the motion was not seen and has this (x, y, yaw) covariance [m, m, rad].
   void addUnseen(const TimeSpan& span, const Eigen::Matrix3d& covariance);
 
+  /// Goes on with other values of the parameters: what the steps have moved is put right by J change, to
+  /// first order, and Sigma_A is that of the new values.
+  /// @param change  new values less those so far
+  void setParameters(const Eigen::Matrix<double, systematic::kCount, 1>& change,
+                     const SystematicCovariance& systematic);
+
   /// Forgets every step.
   void clear();
 

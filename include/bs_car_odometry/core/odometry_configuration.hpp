@@ -1,8 +1,11 @@
 #pragma once
 
+#include "bs_car_odometry/core/body_increment.hpp"
 #include "bs_car_odometry/core/options.hpp"
 #include "bs_car_odometry/core/vehicle.hpp"
 #include "bs_car_odometry/core/wheels_and_axles.hpp"
+
+#include <optional>
 
 namespace bs_car_odometry {
 
@@ -14,6 +17,14 @@ struct OdometryConfiguration {
   InputLimits limits;
   InitialPose initial_pose;
   RelativeMotionOptions relative_motion;
+  std::optional<SystematicCovariance> systematic_covariance{};  ///< a calibration's, for noise.systematic
+};
+
+/// What a calibration gives the odometry.
+struct OdometryCalibration {
+  PerAxle<AxleGains> gains;
+  PerAxle<SteeringCalibration> steering;
+  SystematicCovariance covariance;  ///< Sigma_A
 };
 
 /// Which axles' steering angles a configuration cannot do without.

@@ -31,8 +31,12 @@ class OdometryEstimator {
   void setPose(const Pose2& pose, const Eigen::Matrix3d& covariance);
 
   /// Replaces p(A), by a calibration's covariance for instance. What the parameters did to the pose so far
-  /// keeps the covariance it had.
+  /// keeps the covariance it had, and is carried on as far as it is due to errors that are still there
+  /// (carriedOver()).
   void setSystematicCovariance(const SystematicCovariance& covariance);
+
+  /// Goes on with other values of the parameters; the pose stays.
+  void setCalibration(const OdometryCalibration& calibration);
 
   /// Moves the car by one step of readings.
   /// @param interval  duration of the step; none when it is not known, which leaves no twist.

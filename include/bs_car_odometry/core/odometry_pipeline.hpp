@@ -119,6 +119,12 @@ class OdometryPipeline {
   /// Puts the car at a pose of base_link in odom; distance and counts go on.
   void setPose(const Pose2& pose, const Eigen::Matrix3d& covariance);
 
+  /// Goes on with other values of the parameters, without a jump of pose or covariance: they hold for what
+  /// has been read since the last update and has not moved the car yet.
+  void setCalibration(const OdometryCalibration& calibration);
+  /// What is in use.
+  OdometryCalibration calibration() const;
+
   /// The motion of base_link between stamps of the latest steps. reset(), restart() and rebaseTime() cut it;
   /// setPose() does not, since it moves the pose and not the car.
   const MotionHistory& motionHistory() const { return motion_history_; }
@@ -144,11 +150,12 @@ class OdometryPipeline {
   bool isPlausible(const PerWheel<double>& travels, Duration interval) const;
   bool takeReference(const WheelCounts& counts);
   void move(const WheelCounts& counts);
-  StepReadings readingsUntil(const WheelCounts& counts) const;
+  StepReadings readingsUntil(const WheelCounts& counts);
   void rememberStep(const TimeSpan& span, bool twist_known, const PerAxle<double>& doubt);
   void rememberUnseen(const TimeSpan& span);
   void reportStep(const StepReadings& readings);
-  SteeringAngles anglesAt(Time stamp) const;
+  PerAxle<double> steeringReadingsAt(Time stamp) const;
+  SteeringAngles anglesOf(const PerAxle<double>& readings) const;
   PerAxle<double> steeringAges(Time stamp) const;
   PerAxle<double> steeringDoubt(double interval) const;
   OdometryUpdate update(const WheelCounts& counts, Time completed);
@@ -164,7 +171,7 @@ class OdometryPipeline {
   std::optional<WheelCounts> suspicious_;  ///< implausible counters, a restart if the next ones follow them
   std::optional<Time> newest_wheels_;
   bool reference_time_known_{false};  ///< false after rebaseTime: the interval from reference_ is unknown
-  SteeringAngles last_angles_;        ///< at the reference
+  PerAxle<double> last_readings_;     ///< of the steering at the reference [rad], before scale and offset
   StepReport report_;
   std::optional<MeasuredStep> step_;
   InputCounts counts_;

@@ -30,7 +30,7 @@ class ParticleCloud : public PoseUncertainty {
   void advance(const UncertainStep& step) override;
   /// Kept beside the cloud, to first order: a heading that may be anywhere would leave the particles no mean.
   void inflate(const Eigen::Matrix3d& covariance) override { unseen_ += covariance; }
-  void setSystematic(const SystematicPrior& prior) override;
+  void setSystematic(const SystematicPrior& prior, const SystematicCovariance& carried) override;
   void getTotal(Eigen::Matrix3d& total) const override { total = covariance_ + unseen_; }
 
   /// The expected pose, which lags behind the dead-reckoned one.
@@ -56,8 +56,9 @@ class ParticleCloud : public PoseUncertainty {
   void addNoise(const ParticlePlan& plan, const Block& block, Workspace& w) const;
   void addAngleErrors(const ParticlePlan& plan, const Block& block, Workspace& w);
   void addDraws(const Eigen::Matrix3d& covariance, std::uint32_t purpose);
-  void drawParameters();
-  void setUncertain(const SystematicCovariance& L);
+  void drawParameters(const SystematicPrior& prior, const SystematicCovariance& carried);
+  void keepParameters(const SystematicCovariance& kept, const Block& block);
+  void setUncertain(const SystematicCovariance& L, const SystematicPrior& prior);
   void setMoments();
   PoseQuantiles::Values quantilesOf(const std::vector<double>& departures, double reference);
 

@@ -49,7 +49,8 @@ class PoseUncertainty {
   virtual void inflate(const Eigen::Matrix3d& covariance) = 0;
 
   /// Lets other parameters take the place of those so far, whose effect on the pose stays.
-  virtual void setSystematic(const SystematicPrior& prior) = 0;
+  /// @param carried  how much of the old errors is in the new ones, as carriedOver() has it; zero: nothing
+  virtual void setSystematic(const SystematicPrior& prior, const SystematicCovariance& carried) = 0;
 
   /// Sigma_total; into a matrix that exists: no copy in every step.
   virtual void getTotal(Eigen::Matrix3d& total) const = 0;

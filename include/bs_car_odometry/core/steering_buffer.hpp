@@ -8,15 +8,15 @@
 
 namespace bs_car_odometry {
 
-/// Angles of one axle in order of time, whatever the order in which they came. Holds at least the newest
-/// `capacity` readings and never more than twice that; allocates only when it is made.
+/// Readings of one axle's angle in order of time, whatever the order in which they came. Holds at least the
+/// newest `capacity` readings and never more than twice that; allocates only when it is made.
 class SteeringBuffer {
  public:
   enum class Inserted { kYes, kRepeated, kTooOld };
 
   explicit SteeringBuffer(std::size_t capacity = 1024);
 
-  /// @param angle  [rad], after scale and offset
+  /// @param angle  [rad], as read: scale and offset may change
   Inserted insert(Time stamp, double angle);
 
   void clear() { readings_.clear(); }
@@ -29,7 +29,7 @@ class SteeringBuffer {
   /// Stamp of the newest reading that is not after `stamp`.
   std::optional<Time> newestUntil(Time stamp) const;
 
-  /// Angle at `stamp` [rad]: between the readings around it, held before the first and after the last.
+  /// Reading at `stamp` [rad]: between the readings around it, held before the first and after the last.
   /// Must not be empty.
   double angleAt(Time stamp) const;
 

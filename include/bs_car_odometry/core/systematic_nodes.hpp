@@ -23,6 +23,11 @@ class SystematicNodes {
   /// Begins again: every node at the dead-reckoned pose.
   void reset();
 
+  /// The same where errors have moved the pose already: by Phi a, to first order.
+  void reset(const SystematicSensitivity& sensitivity);
+
+  const SystematicSensitivity& sensitivity() const { return sensitivity_; }
+
   /// @param motion    t of the step [m, m, rad]
   /// @param J_motion  dt/da
   void advance(const PoseStep& step, const BodyMotion& motion, const SystematicSensitivity& J_motion);
@@ -86,7 +91,9 @@ class SystematicNodes {
   void addAxis(Eigen::Index component, const Distribution& shape);
   void addPairs(std::size_t axis);
   Segment segment() const;
+  Complex displacement(const Opposites& nodes, const Row& sensitivity) const;
   void moveNodes();
+  void setTurns();
   void setMoments();
   void beginSegment();
   Complex turnOf(const Opposites& nodes) const;

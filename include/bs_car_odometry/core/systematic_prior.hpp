@@ -23,6 +23,9 @@ class SystematicRoot {
 
   SystematicCovariance matrix() const;
 
+  /// From A back to a; zero for what is known exactly.
+  SystematicCovariance inverse() const;
+
  private:
   using Block = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
   Block front_;  ///< blocks of L: parameters of the front axle, then of the rear axle
@@ -32,9 +35,10 @@ class SystematicRoot {
 
 /// What is believed of the parameters before the drive.
 struct SystematicPrior {
-  /// p(A) of a noise model: independent parameters, each axle with its own (docs/interface.md).
+  /// As configured: the noise model's independent parameters, each axle with its own (docs/interface.md), or
+  /// a calibration's covariance.
   explicit SystematicPrior(const OdometryConfiguration& configuration);
-  /// Gaussian, as a calibration gives it.
+  /// Gaussian, but for parameters that are as independent and uncertain as the noise model says.
   SystematicPrior(const SystematicCovariance& covariance, const OdometryConfiguration& configuration);
 
   SystematicRoot root;
@@ -44,6 +48,19 @@ struct SystematicPrior {
 
 /// Sigma_A of a noise model.
 SystematicCovariance systematicCovariance(const SystematicNoise& noise);
+/// Sigma_A of a configuration.
+SystematicCovariance systematicCovariance(const OdometryConfiguration& configuration);
+
+/// How much of the errors a of the parameters is still in their errors a' after other values and another
+/// Sigma_A have taken their place (docs/calibration.md): M = E[a a'^T]. A calibration takes away an error
+/// that it has found and that is independent of what it leaves, so that E[A A'^T] is Sigma_A after it; where
+/// Sigma_A grew, it is Sigma_A before.
+SystematicCovariance carriedOver(const SystematicRoot& before, const SystematicRoot& after);
+
+/// Phi a = Phi M a' and a rest that is independent of a'.
+/// @param sensitivity  Phi, then Phi M
+/// @return covariance of the rest
+Eigen::Matrix3d carryOver(const SystematicCovariance& M, SystematicSensitivity& sensitivity);
 
 /// Phi' = F Phi + G dt/da: sensitivity of the pose to the parameters after one more step.
 inline void advanceSensitivity(const PoseStep& step, const SystematicSensitivity& J_motion,
