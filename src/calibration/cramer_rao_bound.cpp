@@ -16,8 +16,8 @@ Eigen::MatrixXd triangular(const Eigen::MatrixXd& M) {
 }
 
 /// L with L L^T = Q, also where Q is singular.
-Eigen::Matrix3d rootOf(const Eigen::Matrix3d& Q) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(Q);
+Eigen::MatrixXd rootOf(const Eigen::MatrixXd& Q) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(Q);
   return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
@@ -51,6 +51,14 @@ void CramerRaoBound::update(const Eigen::Matrix3d& H_pose, const PoseSensitivity
   M.bottomRows<3>() << H_pose, H_parameters;
   const Eigen::LLT<Eigen::Matrix3d> llt(R);
   llt.matrixL().solveInPlace(M.bottomRows<3>());
+  root_ = triangular(M);
+}
+
+void CramerRaoBound::add(const Eigen::MatrixXd& information) {
+  const Eigen::Index n = root_.cols();
+  Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n + parameters(), n);
+  M.topRows(n) = root_;
+  M.bottomRightCorner(parameters(), parameters()) = rootOf(information).transpose();
   root_ = triangular(M);
 }
 

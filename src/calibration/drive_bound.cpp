@@ -45,6 +45,18 @@ CramerRaoBound::PoseSensitivity DriveBound::selected(const Eigen::Matrix<double,
   return columns;
 }
 
+Eigen::MatrixXd DriveBound::selected(
+    const Eigen::Matrix<double, kMotionCount, kMotionCount>& information) const {
+  const auto n = static_cast<Eigen::Index>(estimated_.size());
+  Eigen::MatrixXd chosen = Eigen::MatrixXd::Zero(n, n);
+  for (std::size_t i = 0; i < estimated_.size(); ++i)
+    for (std::size_t j = 0; j < estimated_.size(); ++j)
+      if (estimated_[i] < kMotionCount && estimated_[j] < kMotionCount)
+        chosen(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+            information(static_cast<Eigen::Index>(estimated_[i]), static_cast<Eigen::Index>(estimated_[j]));
+  return chosen;
+}
+
 void DriveBound::predict() {
   const Eigen::Matrix3d turned = rotation(pose_.yaw);
   const Pose2 next = pose_ * segment_.motion;
@@ -54,6 +66,7 @@ void DriveBound::predict() {
   Eigen::Matrix<double, 3, kCount> J = Eigen::Matrix<double, 3, kCount>::Zero();
   J.leftCols<kMotionCount>() = turned * segment_.J;
   bound_.predict(F, selected(J), turned * segment_.covariance() * turned.transpose());
+  bound_.add(selected(segment_.evidence.information));
   pose_ = next;
 }
 

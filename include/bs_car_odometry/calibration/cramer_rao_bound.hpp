@@ -31,6 +31,10 @@ class CramerRaoBound {
   /// @param R             its covariance, positive definite
   void update(const Eigen::Matrix3d& H_pose, const PoseSensitivity& H_parameters, const Eigen::Matrix3d& R);
 
+  /// What is known of the parameters from elsewhere.
+  /// @param information  positive semidefinite
+  void add(const Eigen::MatrixXd& information);
+
   /// Of (pose, parameters).
   Eigen::MatrixXd covariance() const;
 

@@ -28,6 +28,7 @@ class DriveBound {
 
  private:
   CramerRaoBound::PoseSensitivity selected(const Eigen::Matrix<double, 3, kCount>& J) const;
+  Eigen::MatrixXd selected(const Eigen::Matrix<double, kMotionCount, kMotionCount>& information) const;
   void predict();
 
   MotionModel model_;
