@@ -204,10 +204,14 @@ FilterEstimate JointFilter::estimate() const {
   estimate.pose = state.pose;
   estimate.pose_covariance = state.P.topLeftCorner<3, 3>();
   estimate.values = state.values;
-  for (std::size_t i = 0; i < active_.size(); ++i)
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    const auto to = static_cast<Eigen::Index>(active_[i]);
+    const auto from = static_cast<Eigen::Index>(3 + i);
+    estimate.cross.col(to) = state.P.block<3, 1>(0, from);
     for (std::size_t j = 0; j < active_.size(); ++j)
-      estimate.covariance(static_cast<Eigen::Index>(active_[i]), static_cast<Eigen::Index>(active_[j])) =
-          state.P(static_cast<Eigen::Index>(3 + i), static_cast<Eigen::Index>(3 + j));
+      estimate.covariance(to, static_cast<Eigen::Index>(active_[j])) =
+          state.P(from, static_cast<Eigen::Index>(3 + j));
+  }
   setDistanceGains(model_.vehicle(), estimate);
   return estimate;
 }

@@ -29,6 +29,7 @@ struct FilterEstimate {
   Eigen::Matrix3d pose_covariance{Eigen::Matrix3d::Zero()};
   ParameterVector values{ParameterVector::Zero()};
   ParameterMatrix covariance{ParameterMatrix::Zero()};  ///< zero for what is not estimated
+  Eigen::Matrix<double, 3, kCount> cross{Eigen::Matrix<double, 3, kCount>::Zero()};  ///< of pose and values
   PerAxle<double> k_d;  ///< distance gain of each axle (docs/calibration.md, 1)
   PerAxle<double> k_d_variance;
   int stage{0};  ///< paper: 1 while the distance gain is found, then 2; joint: 0
