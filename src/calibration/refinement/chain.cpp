@@ -1,5 +1,7 @@
 #include "chain.hpp"
 
+#include <Eigen/Cholesky>
+
 #include <optional>
 
 namespace bs_car_odometry::calibration {
@@ -105,10 +107,8 @@ class ChainBuilder {
     node.twist = segment_.twist;
     node.link = {segment_.motion, segment_.J, segment_.covariance(), wheels_, segment_.distance};
     node.link.noise.diagonal().array() += kMotionFloor * kMotionFloor;
-    const Eigen::Vector3d scales(options_.laser_scales.position, options_.laser_scales.position,
-                                 options_.laser_scales.yaw);
     const LaserPose& laser = drive_.lasers()[next_].laser;
-    node.covariance = scales.asDiagonal() * laser.covariance * scales.asDiagonal();
+    node.covariance = scaled(laser.covariance, options_.laser_scales);
     setPoses(laser, node);
     chain_.push_back(node);
   }
@@ -145,6 +145,21 @@ class ChainBuilder {
 Chain makeChain(const CalibrationDrive& drive, const Parameters& parameters, const ParameterVector& values,
                 const std::vector<Pose2>& poses, const ChainOptions& options) {
   return ChainBuilder(drive, parameters, values, poses, options).build();
+}
+
+Eigen::Matrix3d scaled(const Eigen::Matrix3d& covariance, const LaserScales& scales) {
+  const Eigen::Vector3d factors(scales.position, scales.position, scales.yaw);
+  return factors.asDiagonal() * covariance * factors.asDiagonal();
+}
+
+Eigen::Vector3d laserResidual(const Node& node, const ParameterVector& values) {
+  const Pose2 mount{values[kLaserX], values[kLaserY], values[kLaserYaw]};
+  const Pose2 expected = Pose2{node.pose.x(), node.pose.y(), node.pose.z()} * mount;
+  return node.measured - expected.vector();
+}
+
+double normalisedSquare(const Eigen::Vector3d& residual, const Eigen::Matrix3d& R) {
+  return residual.dot(R.llt().solve(residual));
 }
 
 }  // namespace bs_car_odometry::calibration

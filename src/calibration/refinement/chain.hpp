@@ -46,4 +46,13 @@ struct ChainOptions {
 Chain makeChain(const CalibrationDrive& drive, const Parameters& parameters, const ParameterVector& values,
                 const std::vector<Pose2>& poses, const ChainOptions& options);
 
+/// R of a laser whose standard deviations are so many times larger.
+Eigen::Matrix3d scaled(const Eigen::Matrix3d& covariance, const LaserScales& scales);
+
+/// Measured less fitted (x, y, yaw) [m, m, rad].
+Eigen::Vector3d laserResidual(const Node& node, const ParameterVector& values);
+
+/// r^T R^-1 r.
+double normalisedSquare(const Eigen::Vector3d& residual, const Eigen::Matrix3d& R);
+
 }  // namespace bs_car_odometry::calibration

@@ -17,11 +17,6 @@ Eigen::Matrix3d rotation(double yaw) {
   return R;
 }
 
-Eigen::Matrix3d scaled(const Eigen::Matrix3d& covariance, const LaserScales& scales) {
-  const Eigen::Vector3d factors(scales.position, scales.position, scales.yaw);
-  return factors.asDiagonal() * covariance * factors.asDiagonal();
-}
-
 }  // namespace
 
 ParameterPrior::ParameterPrior(const Parameters& parameters)
@@ -90,11 +85,6 @@ void ChainFilter::move(const Node& from, const Node& to, double wheel_scale) {
   P_.bottomLeftCorner(n_ - 3, 3) = TP.rightCols(n_ - 3).transpose();
 }
 
-Eigen::Vector3d ChainFilter::laserResidual(const Node& node) const {
-  const Eigen::Vector3d mount(values_[kLaserX], values_[kLaserY], values_[kLaserYaw]);
-  return node.measured - node.pose - rotation(node.pose.z()) * mount;
-}
-
 /// Of the laser's pose, by the errors of base_link's pose and of the parameters.
 ChainFilter::Rows ChainFilter::laserJacobian(const Node& node) const {
   const Eigen::Matrix3d R = rotation(node.pose.z());
@@ -118,7 +108,7 @@ void ChainFilter::begin(const Node& node, const Eigen::Matrix3d& R) {
   const Eigen::Matrix3d inverse = H.leftCols<3>().inverse();
   const auto parameters = H.rightCols(n_ - 3);
   const Rows cross = -inverse * parameters * P_.bottomRightCorner(n_ - 3, n_ - 3);
-  x_.head<3>() = inverse * (laserResidual(node) - parameters * x_.tail(n_ - 3));
+  x_.head<3>() = inverse * (laserResidual(node, values_) - parameters * x_.tail(n_ - 3));
   P_.topLeftCorner<3, 3>() = inverse * R * inverse.transpose() - cross * (inverse * parameters).transpose();
   P_.topRightCorner(3, n_ - 3) = cross;
   P_.bottomLeftCorner(n_ - 3, 3) = cross.transpose();
@@ -127,7 +117,7 @@ void ChainFilter::begin(const Node& node, const Eigen::Matrix3d& R) {
 ChainInnovation ChainFilter::correct(const Node& node, const Eigen::Matrix3d& R) {
   const Rows H = laserJacobian(node);
   const Rows HP = H * P_;
-  const ChainInnovation innovation{laserResidual(node) - H * x_, HP * H.transpose() + R};
+  const ChainInnovation innovation{laserResidual(node, values_) - H * x_, HP * H.transpose() + R};
   const Rows SHP = innovation.covariance.llt().solve(HP);
   x_ += SHP.transpose() * innovation.residual;
   P_ -= HP.transpose() * SHP;

@@ -56,7 +56,6 @@ class ChainFilter {
 
   Rows motionJacobian(const Node& from, const Node& to) const;
   Rows laserJacobian(const Node& node) const;
-  Eigen::Vector3d laserResidual(const Node& node) const;
   void move(const Node& from, const Node& to, double wheel_scale);
   void begin(const Node& node, const Eigen::Matrix3d& R);
   ChainInnovation correct(const Node& node, const Eigen::Matrix3d& R);

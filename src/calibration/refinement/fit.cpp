@@ -105,12 +105,6 @@ ParameterVector withinBounds(ParameterVector values, const ParameterMask& estima
   return values;
 }
 
-Eigen::Vector3d laserResidual(const Node& node, const ParameterVector& values) {
-  const Pose2 mount{values[kLaserX], values[kLaserY], values[kLaserYaw]};
-  const Pose2 expected = Pose2{node.pose.x(), node.pose.y(), node.pose.z()} * mount;
-  return node.measured - expected.vector();
-}
-
 }  // namespace
 
 Fit::Fit(const Drives& drives, const Parameters& parameters, const RefinementOptions& options)
@@ -181,8 +175,7 @@ void Fit::adopt(const ParameterVector& values) {
 
 void Fit::setWeights(Chain& chain) const {
   for (Node& node : chain) {
-    const Eigen::Vector3d residual = laserResidual(node, values_);
-    node.weight = SoftWeightLoss::weight(residual.dot(node.covariance.llt().solve(residual)));
+    node.weight = SoftWeightLoss::weight(normalisedSquare(laserResidual(node, values_), node.covariance));
   }
 }
 
@@ -223,7 +216,7 @@ Refinement Fit::result() const {
       const Eigen::Vector3d residual = laserResidual(node, values_);
       const Pose2 pose{node.pose.x(), node.pose.y(), node.pose.z()};
       residuals.push_back(
-          {node.laser, pose, residual, residual.dot(node.covariance.llt().solve(residual)), node.weight});
+          {node.laser, pose, residual, normalisedSquare(residual, node.covariance), node.weight});
     }
     result.residuals.push_back(std::move(residuals));
   }
