@@ -1,0 +1,49 @@
+#pragma once
+
+#include "chain.hpp"
+#include "chain_filter.hpp"
+
+#include <vector>
+
+namespace bs_car_odometry::calibration {
+
+/// A refinement while it is being worked out: chains about the present values, solved and made anew in turn.
+class Fit {
+ public:
+  /// @param drives, parameters  must outlive the fit
+  Fit(const Drives& drives, const Parameters& parameters, const RefinementOptions& options);
+
+  void run();
+
+  const ParameterPrior& prior() const { return prior_; }
+  const ParameterVector& values() const { return values_; }
+  bool converged() const { return converged_; }
+  Refinement result() const;
+
+  /// The drives about the fit, each link with the share of the wheels' noise in it.
+  std::vector<Chain> chainsWithWheelNoise() const;
+
+ private:
+  bool makeChains();
+  bool solve();
+  void adopt(const ParameterVector& values);
+  void setWeights(Chain& chain) const;
+  void updateCovariance();
+  bool hasSettled(const ParameterVector& before) const;
+  ParameterMask atBound() const;
+
+  const Drives& drives_;
+  const Parameters& parameters_;
+  ParameterPrior prior_;
+  ChainOptions chain_options_;
+  std::vector<std::vector<Pose2>> poses_;  ///< base_link at each laser pose of each drive
+  std::vector<Chain> chains_;
+  ParameterVector values_;
+  ParameterMatrix covariance_{ParameterMatrix::Zero()};
+  double cost_{0.0};
+  int rounds_{0};
+  int iterations_{0};
+  bool converged_{false};
+};
+
+}  // namespace bs_car_odometry::calibration

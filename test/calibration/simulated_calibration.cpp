@@ -1,0 +1,96 @@
+#include "simulated_calibration.hpp"
+
+#include "bs_car_odometry/simulation/random.hpp"
+
+#include <cmath>
+
+namespace bs_car_odometry::calibration {
+
+namespace {
+
+constexpr std::uint64_t kTruthStream = 200;  // apart from those of the simulated car
+constexpr std::uint64_t kLaserStream = 201;
+constexpr std::size_t kSamplesALaser = 5;
+
+OdometryConfiguration odometryOf(const Parameters& parameters) {
+  return {parameters.vehicle, parameters.noise,        parameters.odometry,
+          parameters.limits,  parameters.initial_pose, parameters.relative_motion};
+}
+
+class Laser {
+ public:
+  Laser(const SimulatedDrive& simulated, const LaserSigma& believed)
+      : simulated_(simulated), believed_(believed), random_(simulated.seed, kLaserStream) {}
+
+  LaserPose read(const laboratory::Sample& sample) {
+    const ParameterVector& truth = simulated_.truth;
+    LaserPose laser;
+    laser.stamp = laboratory::stampOf(sample) + durationFromSeconds(truth[kTimeOffset]);
+    laser.pose = Pose2{sample.truth.x, sample.truth.y, sample.truth.yaw} *
+                 Pose2{truth[kLaserX], truth[kLaserY], truth[kLaserYaw]};
+    const bool outlier = random_.uniform() <= simulated_.outliers.share;
+    const LaserSigma& sigma = simulated_.laser_sigma;
+    laser.pose.x += outlier ? spread(simulated_.outliers.position) : sigma.position * random_.normal();
+    laser.pose.y += outlier ? spread(simulated_.outliers.position) : sigma.position * random_.normal();
+    laser.pose.yaw += outlier ? spread(simulated_.outliers.yaw) : sigma.yaw * random_.normal();
+    laser.pose.yaw = wrapAngle(laser.pose.yaw);
+    const Eigen::Vector3d deviations(believed_.position, believed_.position, believed_.yaw);
+    laser.covariance = deviations.cwiseAbs2().asDiagonal();
+    return laser;
+  }
+
+ private:
+  double spread(double limit) { return limit * (2.0 * random_.uniform() - 1.0); }
+
+  const SimulatedDrive& simulated_;
+  LaserSigma believed_;
+  simulation::Random random_;
+};
+
+}  // namespace
+
+Parameters cycabParameters(AxleSelection axles) {
+  Parameters parameters;
+  parameters.vehicle.wheelbase = 1.2;
+  parameters.vehicle.track = {1.2, 1.2};
+  for (const Wheel wheel : kAllWheels) parameters.vehicle.metres_per_tick[wheel] = 1e-5;
+  parameters.odometry.axles = axles;
+  return parameters;
+}
+
+ParameterVector drawTruth(const Parameters& parameters, std::uint64_t seed) {
+  simulation::Random random(seed, kTruthStream);
+  ParameterVector truth = valuesOf(parameters);
+  const ParameterVector deviations = priorDeviations(parameters);
+  for (Eigen::Index i = 0; i < truth.size(); ++i) truth[i] += deviations[i] * random.normal();
+  return truth;
+}
+
+CalibratedDrive calibrate(const SimulatedDrive& simulated, const Parameters& parameters) {
+  Vehicle vehicle = parameters.vehicle;
+  setValues(simulated.truth, vehicle);
+  laboratory::DriveSettings settings;
+  settings.scenario = simulated.scenario;
+  settings.duration = simulated.duration;
+  settings.rate = simulated.rate;
+  settings.seed = simulated.seed;
+  settings.substep = 0.01;
+  settings.axles = parameters.odometry.axles;
+  settings.noise = simulated.noise;
+  const std::vector<laboratory::Sample> samples = laboratory::record(vehicle, settings);
+
+  OdometryPipeline pipeline(odometryOf(parameters));
+  Calibrator calibrator(parameters);
+  DriveRecorder recorder;
+  calibrator.setListener([&](const CalibrationUpdate& update) { recorder.add(update, calibrator.counts()); });
+  Laser laser(simulated, parameters.laser_sigma);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const OdometryUpdate update = laboratory::step(pipeline, samples[i]);
+    recorder.add(update);
+    calibrator.add(update);
+    if (i % kSamplesALaser == 0) calibrator.add(laser.read(samples[i]));
+  }
+  return {recorder.take(), calibrator.estimate()};
+}
+
+}  // namespace bs_car_odometry::calibration
