@@ -13,9 +13,13 @@ constexpr double kFarthestJoint = 1e9;  // [rad]; beyond, the counter would leav
 }  // namespace
 
 OdometryConfiguration toConfiguration(const Parameters& parameters) {
-  OdometryConfiguration configuration{parameters.vehicle,      parameters.noise,
-                                      parameters.odometry,     parameters.limits,
-                                      parameters.initial_pose, parameters.relative_motion};
+  OdometryConfiguration configuration{parameters.vehicle,
+                                      parameters.noise,
+                                      parameters.odometry,
+                                      parameters.limits,
+                                      parameters.initial_pose,
+                                      parameters.relative_motion,
+                                      parameters.systematic_covariance};
   if (parameters.input == InputSource::kJointStates) {
     for (double& metres : configuration.vehicle.metres_per_tick.values) metres /= kTicksPerRadian;
     configuration.vehicle.counter_bits = 0;
@@ -26,7 +30,8 @@ OdometryConfiguration toConfiguration(const Parameters& parameters) {
 OdometryAdapter::OdometryAdapter(const Parameters& parameters)
     : parameters_(parameters),
       frames_{parameters.odom_frame, parameters.base_frame, parameters.unmeasured_variance},
-      pipeline_(toConfiguration(parameters)) {}
+      pipeline_(toConfiguration(parameters)),
+      acceptance_(parameters) {}
 
 std::optional<Time> OdometryAdapter::stampOf(const ros::Time& stamp, const ros::Time& receipt) const {
   return toTime(parameters_.stamp_source == StampSource::kReceipt ? receipt : stamp);
@@ -105,6 +110,12 @@ std::string OdometryAdapter::setPose(const geometry_msgs::PoseWithCovarianceStam
   if (!isCovariance(covariance)) return "its covariance is not finite, or not positive semidefinite";
   pipeline_.setPose(*pose, covariance);
   return {};
+}
+
+std::string OdometryAdapter::add(const CalibrationState& message) {
+  const CalibrationAcceptance::Answer answer = acceptance_.take(message, pipeline_.calibration());
+  if (answer.calibration) pipeline_.setCalibration(*answer.calibration);
+  return answer.refused;
 }
 
 void OdometryAdapter::clockWentBack(bool simulated_time) {
