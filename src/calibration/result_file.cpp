@@ -84,4 +84,20 @@ void applyCalibration(const CalibrationResult& result, Parameters& parameters) {
   parameters.systematic_covariance = covariance;
 }
 
+std::string applyCalibrationFile(Parameters& parameters) {
+  const std::string& path = parameters.calibration_file;
+  try {
+    if (!path.empty()) {
+      applyCalibration(readCalibrationFile(path, parameters), parameters);
+    } else if (parameters.require_calibration) {
+      throw CalibrationFileError(
+          "require_calibration is true, and calibration_file names no file; name one, or calibrate first");
+    }
+  } catch (const CalibrationFileError& error) {
+    if (parameters.require_calibration) throw;
+    return error.what();
+  }
+  return "";
+}
+
 }  // namespace bs_car_odometry::calibration

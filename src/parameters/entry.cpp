@@ -14,8 +14,6 @@ namespace bs_car_odometry::schema {
 
 namespace detail {
 
-const char* const kNotSupported = "is not supported by this version";
-
 std::string wordsText(const std::vector<std::string>& words) {
   std::string text;
   for (std::size_t i = 0; i < words.size(); ++i) {
@@ -265,30 +263,6 @@ Entry covariance(const std::string& path, Eigen::Matrix3d& member) {
   };
   return {path, "9 numbers, row by row: a symmetric positive semidefinite matrix of x, y [m], yaw [rad]",
           read};
-}
-
-Entry flagNotYet(const std::string& path, bool& member) {
-  const auto read = [&member](const YAML::Node& node) -> std::string {
-    bool value = false;
-    std::string wrong = parseFlag(node, value);
-    if (!wrong.empty()) return wrong;
-    if (value) return detail::kNotSupported;
-    member = value;
-    return "";
-  };
-  return {path, "false", read};
-}
-
-Entry textNotYet(const std::string& path, std::string& member) {
-  const auto read = [&member](const YAML::Node& node) -> std::string {
-    std::string value;
-    std::string wrong = parseText(node, value);
-    if (!wrong.empty()) return wrong;
-    if (!value.empty()) return detail::kNotSupported;
-    member = value;
-    return "";
-  };
-  return {path, "nothing (\"\")", read};
 }
 
 Entry required(Entry entry) {

@@ -103,12 +103,6 @@ Entry subset(const std::string& path, std::vector<std::string>& member,
 /// Nine numbers, row by row: a symmetric positive semidefinite matrix.
 Entry covariance(const std::string& path, Eigen::Matrix3d& member);
 
-/// A flag that only a later version lets be true.
-Entry flagNotYet(const std::string& path, bool& member);
-
-/// A text that only a later version lets be anything but empty.
-Entry textNotYet(const std::string& path, std::string& member);
-
 Entry required(Entry entry);
 Entry oneForBothAxles(Entry entry);
 
@@ -116,7 +110,6 @@ Entry oneForBothAxles(Entry entry);
 std::string valueText(const YAML::Node& node);
 
 namespace detail {
-extern const char* const kNotSupported;
 std::string wordsText(const std::vector<std::string>& words);
 bool contains(const std::vector<std::string>& words, const std::string& word);
 

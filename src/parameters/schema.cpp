@@ -15,9 +15,9 @@ Schema generalSchema(Parameters& p) {
       choice<InputSource>(
           "input", p.input,
           {{{"wheel_ticks", InputSource::kWheelTicks}, {"joint_states", InputSource::kJointStates}}}),
-      flagNotYet("accept_calibration", p.accept_calibration),
-      textNotYet("calibration_file", p.calibration_file),
-      flagNotYet("require_calibration", p.require_calibration),
+      flag("accept_calibration", p.accept_calibration),
+      text("calibration_file", p.calibration_file, "the path of a file, or nothing"),
+      flag("require_calibration", p.require_calibration),
       text("output", p.output, "the path of a file"),
   };
 }

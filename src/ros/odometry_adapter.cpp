@@ -13,7 +13,8 @@ constexpr double kFarthestJoint = 1e9;  // [rad]; beyond, the counter would leav
 OdometryAdapter::OdometryAdapter(const Parameters& parameters)
     : parameters_(parameters),
       frames_{parameters.odom_frame, parameters.base_frame, parameters.unmeasured_variance},
-      pipeline_(toConfiguration(parameters)) {}
+      pipeline_(toConfiguration(parameters)),
+      acceptance_(parameters) {}
 
 std::optional<Time> OdometryAdapter::stampOf(const ros::Time& stamp, const ros::Time& receipt) const {
   return toTime(parameters_.stamp_source == StampSource::kReceipt ? receipt : stamp);
@@ -92,6 +93,12 @@ std::string OdometryAdapter::setPose(const geometry_msgs::PoseWithCovarianceStam
   if (!isCovariance(covariance)) return "its covariance is not finite, or not positive semidefinite";
   pipeline_.setPose(*pose, covariance);
   return {};
+}
+
+std::string OdometryAdapter::add(const CalibrationState& message) {
+  const CalibrationAcceptance::Answer answer = acceptance_.take(message, pipeline_.calibration());
+  if (answer.calibration) pipeline_.setCalibration(*answer.calibration);
+  return answer.refused;
 }
 
 void OdometryAdapter::clockWentBack(bool simulated_time) {

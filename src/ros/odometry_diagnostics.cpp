@@ -22,6 +22,7 @@ OdometryDiagnostics::OdometryDiagnostics(const ros::NodeHandle& node, const ros:
   updater_.add("Encoders", this, &OdometryDiagnostics::encoders);
   updater_.add("Steering", this, &OdometryDiagnostics::steering);
   updater_.add("Clock", this, &OdometryDiagnostics::clock);
+  updater_.add("Calibration", this, &OdometryDiagnostics::calibration);
   updater_.add("Output", this, &OdometryDiagnostics::output);
   // Wall time: a simulated clock that stands still is among what must be reported.
   timer_ = node.createWallTimer(ros::WallDuration(kReportPeriod),
@@ -86,6 +87,19 @@ void OdometryDiagnostics::clock(Status& status) {
     status.mergeSummary(
         Level::WARN,
         "an interval between wheel messages was longer than 'max_gap': is the driver overloaded?");
+}
+
+void OdometryDiagnostics::calibration(Status& status) {
+  status.summary(calibration_level_, calibration_text_);
+  const OdometryCalibration in_use = pipeline_.calibration();
+  for (const Axle axle : kAllAxles) {
+    const std::string prefix = std::string(name(axle)) + "/";
+    status.add(prefix + "k_r", in_use.gains[axle].k_r);
+    status.add(prefix + "k_l", in_use.gains[axle].k_l);
+    status.add(prefix + "k_b", in_use.gains[axle].k_b);
+    status.add(prefix + "steering_scale", in_use.steering[axle].scale);
+    status.add(prefix + "steering_offset", in_use.steering[axle].offset);
+  }
 }
 
 void OdometryDiagnostics::output(Status& status) {

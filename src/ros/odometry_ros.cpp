@@ -1,5 +1,6 @@
 #include "bs_car_odometry/ros/odometry_ros.hpp"
 
+#include "bs_car_odometry/calibration/result_file.hpp"
 #include "bs_car_odometry/parameters/load.hpp"
 #include "bs_car_odometry/ros/parameter_server.hpp"
 #include "bs_car_odometry/ros/relative_motion.hpp"
@@ -32,10 +33,24 @@ OdometryRos::OdometryRos(const ros::NodeHandle& node, const ros::NodeHandle& pri
     : node_(node),
       private_node_(private_node),
       parameters_(loadNodeParameters(private_node)),
+      calibration_error_(calibration::applyCalibrationFile(parameters_)),
       adapter_(parameters_),
       diagnostics_(node, private_node, adapter_.pipeline(), parameters_.vehicle.name) {
+  reportCalibrationFile();
   advertise();
   subscribe();
+}
+
+void OdometryRos::reportCalibrationFile() {
+  using Level = diagnostic_msgs::DiagnosticStatus;
+  if (!calibration_error_.empty()) {
+    const std::string text = "the gains are those of the vehicle file: " + calibration_error_;
+    ROS_ERROR_STREAM(text);
+    diagnostics_.setCalibration(Level::ERROR, text);
+  } else if (!parameters_.calibration_file.empty()) {
+    ROS_INFO_STREAM("the gains are those of " << parameters_.calibration_file);
+    diagnostics_.setCalibration(Level::OK, "the gains are those of " + parameters_.calibration_file);
+  }
 }
 
 void OdometryRos::advertise() {
@@ -55,6 +70,8 @@ void OdometryRos::advertise() {
 
 void OdometryRos::subscribe() {
   subscribers_.push_back(node_.subscribe("set_pose", kQueueSize, &OdometryRos::onSetPose, this));
+  if (parameters_.accept_calibration)
+    subscribers_.push_back(node_.subscribe("calibration", kQueueSize, &OdometryRos::onCalibration, this));
   if (parameters_.input == InputSource::kJointStates) return subscribeJoints();
   for (const Axle axle : kAllAxles)
     if (adapter_.pipeline().steeringNeeded()[axle]) subscribeSteering(axle);
@@ -197,6 +214,22 @@ void OdometryRos::onSetPose(const geometry_msgs::PoseWithCovarianceStamped& mess
   } else {
     ROS_WARN_STREAM_THROTTLE(kLogPeriod, "set_pose refused: " << refused);
   }
+}
+
+void OdometryRos::onCalibration(const CalibrationState& message) {
+  using Level = diagnostic_msgs::DiagnosticStatus;
+  publishUpdates(ros::Time::now());
+  const std::uint64_t before = adapter_.acceptance().taken();
+  const std::string refused = adapter_.add(message);
+  if (!refused.empty()) {
+    ROS_WARN_STREAM_THROTTLE(kLogPeriod, "message on calibration refused: " << refused);
+    diagnostics_.setCalibration(Level::WARN, "message on calibration refused: " + refused);
+    return;
+  }
+  const std::uint64_t taken = adapter_.acceptance().taken();
+  if (taken == 0) return;
+  if (before == 0) ROS_INFO("the calibration that runs is applied from now on");
+  diagnostics_.setCalibration(Level::OK, "the gains are those of the calibration that runs");
 }
 
 bool OdometryRos::onRelativeMotion(RelativeMotion::Request& request, RelativeMotion::Response& response) {

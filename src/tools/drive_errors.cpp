@@ -61,6 +61,7 @@ class DeadReckoning {
   static Parameters prepared(Parameters p) {
     p.odometry.uncertainty = Uncertainty::kFirstOrder;
     p.noise.systematic = {0.0, 0.0, 0.0, 0.0};
+    p.systematic_covariance.reset();
     p.relative_motion.history = Duration::zero();  // nobody asks
     return p;
   }

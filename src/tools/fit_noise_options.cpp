@@ -102,7 +102,7 @@ FitNoiseOptions fitNoiseOptions(int argc, const char* const* argv) {
   const po::variables_map values = parseCommandLine(argc, argv, usage(), describeOptions(), positional);
   FitNoiseOptions options;
   options.topics = TopicNames(argc, argv, driveTopics());
-  options.parameters = loadVehicle(values["config"].as<Words>(), values["set"].as<Words>());
+  options.parameters = loadCalibratedVehicle(values["config"].as<Words>(), values["set"].as<Words>());
   options.settings.errors = errorSettings(values, options.parameters.laser_sigma);
   options.settings.noise = values["estimate"].as<Words>();
   options.output = values["output"].as<std::string>();

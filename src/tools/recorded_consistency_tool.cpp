@@ -136,7 +136,7 @@ void recordedConsistency(int argc, const char* const* argv) {
   const Request request = parse(argc, argv);
   std::optional<AtomicOutput> csv;
   if (!request.csv.empty()) csv.emplace(request.csv);
-  const Parameters parameters = loadVehicle({request.config}, request.settings);
+  const Parameters parameters = loadCalibratedVehicle({request.config}, request.settings);
   const std::vector<RecordedRun> runs =
       runsLongerThan(positive(request.longer_than, "longer-than"),
                      readRecordedFolder(request.folder, folderSettings(request)), parameters);

@@ -75,7 +75,7 @@ class ReplayOutput {
 class InputTopics {
  public:
   InputTopics(const Parameters& parameters, const PerAxle<bool>& steering_needed, const TopicNames& names)
-      : names_(names) {
+      : names_(names), accept_calibration_(parameters.accept_calibration) {
     if (parameters.input == InputSource::kJointStates) {
       require("joint_states", "sensor_msgs/JointState");
       return;
@@ -87,9 +87,11 @@ class InputTopics {
 
   const std::vector<WantedTopic>& required() const { return required_; }
 
-  /// What is required, and poses that were set during the drive.
+  /// What is required, and poses that were set or calibrations that were accepted during the drive.
   rosbag::TopicQuery query() const {
     std::vector<std::string> spellings = names_.spellings("set_pose");
+    for (const std::string& spelling : names_.spellings("calibration"))
+      if (accept_calibration_) spellings.push_back(spelling);
     for (const WantedTopic& topic : required_)
       spellings.insert(spellings.end(), topic.spellings.begin(), topic.spellings.end());
     return rosbag::TopicQuery(spellings);
@@ -101,6 +103,7 @@ class InputTopics {
   }
 
   const TopicNames& names_;
+  bool accept_calibration_;
   std::vector<WantedTopic> required_;
 };
 
@@ -122,6 +125,9 @@ class MessageFeed {
     } else if (const auto pose = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
       const std::string refused = adapter_.setPose(*pose);
       if (!refused.empty()) warn("set_pose refused: " + refused);
+    } else if (const auto calibration = message.instantiate<CalibrationState>()) {
+      const std::string refused = adapter_.add(*calibration);
+      if (!refused.empty()) warn("message on calibration refused: " + refused);
     }
   }
 

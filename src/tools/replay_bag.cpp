@@ -7,7 +7,8 @@ using namespace bs_car_odometry;
 namespace {
 
 constexpr const char* kUsage =
-    "replay_bag IN.bag --config VEHICLE.yaml --output OUT.bag [--tum FILE] [--set key=value ...] "
+    "replay_bag IN.bag --config VEHICLE.yaml --output OUT.bag [--calibration CAL.yaml] [--tum FILE] "
+    "[--set key=value ...] "
     "[name:=topic ...]\n"
     "The odometry over a recorded bag, through the code of the nodelet; bit for bit the same on every run.";
 
@@ -17,7 +18,7 @@ void run(int argc, char** argv) {
   add("input", po::value<std::string>()->required(), "bag to read");
   add("config", po::value<std::vector<std::string>>()->required()->composing(),
       "the vehicle's YAML file; further ones go on top");
-  add("calibration", po::value<std::string>(), "calibration file, loaded on top of the vehicle's");
+  add("calibration", po::value<std::string>(), "calibration file, on top of the vehicle's: calibration_file");
   add("output", po::value<std::string>(), "bag to write: odom, odometry_status, /tf");
   add("tum", po::value<std::string>(), "trajectory to write: t x y z qx qy qz qw per line");
   add("set", po::value<std::vector<std::string>>()->default_value({}, ""), "key=value, applied last");
@@ -25,7 +26,8 @@ void run(int argc, char** argv) {
   positional.add("input", 1);
   const po::variables_map arguments = tools::parseCommandLine(argc, argv, kUsage, options, positional);
   const tools::TopicNames topics(
-      argc, argv, {"wheel_ticks", "front_steering", "rear_steering", "joint_states", "set_pose"});
+      argc, argv,
+      {"wheel_ticks", "front_steering", "rear_steering", "joint_states", "set_pose", "calibration"});
 
   auto settings = arguments["set"].as<std::vector<std::string>>();
   const auto optional = [&arguments](const char* name) {
@@ -35,8 +37,8 @@ void run(int argc, char** argv) {
   const tools::ReplayFiles files{arguments["input"].as<std::string>(), optional("output"), optional("tum")};
   if (files.output.empty() && files.tum.empty())
     throw tools::InputError("nothing to write: give --output or --tum");
-  tools::replay(tools::loadVehicle(arguments["config"].as<std::vector<std::string>>(), settings), topics,
-                files);
+  const auto configs = arguments["config"].as<std::vector<std::string>>();
+  tools::replay(tools::loadCalibratedVehicle(configs, settings), topics, files);
 }
 
 }  // namespace

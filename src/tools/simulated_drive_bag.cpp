@@ -88,7 +88,7 @@ void simulate(int argc, const char* const* argv) {
   const TopicNames topics(
       argc, argv,
       {"wheel_ticks", "front_steering", "rear_steering", "laser_pose", "ground_truth", "tf_static"});
-  const Parameters parameters = loadVehicle({request.config}, request.settings);
+  const Parameters parameters = loadCalibratedVehicle({request.config}, request.settings);
   if (parameters.input == InputSource::kJointStates)
     throw InputError(
         "the bag will hold wheel_ticks, not joint_states: give a vehicle with 'input: wheel_ticks'");

@@ -1,5 +1,7 @@
 #include "tool.hpp"
 
+#include "bs_car_odometry/calibration/result_file.hpp"
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -176,6 +178,14 @@ Parameters loadVehicle(const std::vector<std::string>& configs, const std::vecto
   const std::string place = configs.front() + ": ";
   for (const std::string& warning : loaded.warnings) warn(place + warning);
   return loaded.parameters;
+}
+
+Parameters loadCalibratedVehicle(const std::vector<std::string>& configs,
+                                 const std::vector<std::string>& settings) {
+  Parameters parameters = loadVehicle(configs, settings);
+  const std::string error = calibration::applyCalibrationFile(parameters);
+  if (!error.empty()) throw calibration::CalibrationFileError(error);
+  return parameters;
 }
 
 AtomicOutput::AtomicOutput(std::string path) : path_(std::move(path)) {

@@ -69,7 +69,12 @@ class TopicNames {
 /// @throws InputError for a setting that is not key=value, ParameterError for the rest
 Parameters loadVehicle(const std::vector<std::string>& configs, const std::vector<std::string>& settings);
 
-/// The same, with the warnings left to the caller.
+/// The same with `calibration_file` applied, where one is named.
+/// @throws CalibrationFileError when that cannot be used: offline somebody waits for the result
+Parameters loadCalibratedVehicle(const std::vector<std::string>& configs,
+                                 const std::vector<std::string>& settings);
+
+/// Without the calibration, and with the warnings left to the caller.
 LoadedParameters readVehicle(const std::vector<std::string>& configs,
                              const std::vector<std::string>& settings);
 

@@ -58,4 +58,10 @@ void applyCalibration(const CalibrationResult& result, Parameters& parameters);
 /// The same for a covariance over the systematic parameters.
 void replaceBlock(const CalibrationResult& result, SystematicCovariance& covariance);
 
+/// Reads and applies `calibration_file`, if one is named.
+/// @return why it is not used, in which case the parameters are as they were; empty if it is
+/// @throws CalibrationFileError for the same reason where `require_calibration` is set, and when it names
+/// none
+std::string applyCalibrationFile(Parameters& parameters);
+
 }  // namespace bs_car_odometry::calibration

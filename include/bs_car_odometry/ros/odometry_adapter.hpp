@@ -5,6 +5,7 @@
 #include "bs_car_odometry/core/odometry_pipeline.hpp"
 #include "bs_car_odometry/parameters/configuration.hpp"
 #include "bs_car_odometry/parameters/parameters.hpp"
+#include "bs_car_odometry/ros/calibration_acceptance.hpp"
 #include "bs_car_odometry/ros/conversions.hpp"
 #include "bs_car_odometry/ros/joint_state_reader.hpp"
 
@@ -46,12 +47,17 @@ class OdometryAdapter {
   /// @return why it was refused, empty when it was not
   std::string setPose(const geometry_msgs::PoseWithCovarianceStamped& message);
 
+  /// Takes what a calibration has found so far; the pose stays.
+  /// @return why it was refused, empty when it was not
+  std::string add(const CalibrationState& message);
+
   void reset() { pipeline_.reset(); }
   /// The clock went back: with simulated time a new run begins, otherwise only the time does.
   void clockWentBack(bool simulated_time);
 
   const OdometryPipeline& pipeline() const { return pipeline_; }
   const OutputFrames& frames() const { return frames_; }
+  const CalibrationAcceptance& acceptance() const { return acceptance_; }
 
  private:
   std::optional<Time> stampOf(const ros::Time& stamp, const ros::Time& receipt) const;
@@ -61,6 +67,7 @@ class OdometryAdapter {
   Parameters parameters_;
   OutputFrames frames_;
   OdometryPipeline pipeline_;
+  CalibrationAcceptance acceptance_;
 };
 
 }  // namespace bs_car_odometry

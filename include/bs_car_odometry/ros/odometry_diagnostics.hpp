@@ -9,8 +9,9 @@
 
 namespace bs_car_odometry {
 
-/// `/diagnostics` of the odometry at 1 Hz: Encoders, Steering, Clock, Output (docs/reliability.md). What is
-/// reported is what happened since the report before; every sentence names the remedy.
+/// `/diagnostics` of the odometry at 1 Hz: Encoders, Steering, Clock, Calibration, Output
+/// (docs/reliability.md). What is reported is what happened since the report before; every sentence names the
+/// remedy.
 class OdometryDiagnostics {
  public:
   OdometryDiagnostics(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
@@ -18,6 +19,11 @@ class OdometryDiagnostics {
 
   /// Notes that a wheel message was received.
   void noteWheels() { newest_wheels_ = ros::SteadyTime::now(); }
+  /// Says where the gains in use come from, and what is wrong with that.
+  void setCalibration(unsigned char level, const std::string& text) {
+    calibration_level_ = level;
+    calibration_text_ = text;
+  }
   void noteUpdate(const OdometryUpdate& update) { state_ = update.report.state; }
 
  private:
@@ -27,6 +33,7 @@ class OdometryDiagnostics {
   void encoders(Status& status);
   void steering(Status& status);
   void clock(Status& status);
+  void calibration(Status& status);
   void output(Status& status);
   std::uint64_t since(Verdict verdict) const { return pipeline_.counts()[verdict] - reported_[verdict]; }
   /// Merges a level and the sentence of a verdict when it was given since the last report.
@@ -37,6 +44,8 @@ class OdometryDiagnostics {
   ros::WallTimer timer_;
   ros::SteadyTime newest_wheels_;
   OdometryState state_{OdometryState::kNominal};
+  unsigned char calibration_level_{diagnostic_msgs::DiagnosticStatus::OK};
+  std::string calibration_text_{"none: the gains are those of the vehicle file"};
   InputCounts reported_;
 };
 

@@ -19,8 +19,8 @@ namespace bs_car_odometry {
 /// class. Callbacks must come from one thread, as from the handles that nodelets and nodes are given.
 class OdometryRos {
  public:
-  /// Reads every parameter, once.
-  /// @throws ParameterError
+  /// Reads every parameter and the calibration file, once.
+  /// @throws ParameterError, CalibrationFileError
   OdometryRos(const ros::NodeHandle& node, const ros::NodeHandle& private_node);
 
  private:
@@ -42,6 +42,8 @@ class OdometryRos {
   void publish(const OdometryUpdate& update);
   void publishParticles(const OdometryUpdate& update);
   void startWaiting(const ros::Time& now);
+  void reportCalibrationFile();
+  void onCalibration(const CalibrationState& message);
   void onSetPose(const geometry_msgs::PoseWithCovarianceStamped& message);
   bool onRelativeMotion(RelativeMotion::Request& request, RelativeMotion::Response& response);
   bool onReset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
@@ -49,6 +51,7 @@ class OdometryRos {
   ros::NodeHandle node_;
   ros::NodeHandle private_node_;
   Parameters parameters_;
+  std::string calibration_error_;  ///< why calibration_file is not used; what follows is made with its gains
   OdometryAdapter adapter_;
   OdometryDiagnostics diagnostics_;
 
