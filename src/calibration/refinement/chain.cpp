@@ -105,7 +105,7 @@ class ChainBuilder {
     node.laser = next_;
     node.linked = linked_;
     node.twist = segment_.twist;
-    node.link = {segment_.motion, segment_.J, segment_.covariance(), wheels_, segment_.distance};
+    node.link = {segment_.motion, segment_.J, segment_.covariance(), wheels_, segment_.distance, 1.0};
     node.link.noise.diagonal().array() += kMotionFloor * kMotionFloor;
     const LaserPose& laser = drive_.lasers()[next_].laser;
     node.covariance = scaled(laser.covariance, options_.laser_scales);
@@ -156,6 +156,12 @@ Eigen::Vector3d laserResidual(const Node& node, const ParameterVector& values) {
   const Pose2 mount{values[kLaserX], values[kLaserY], values[kLaserYaw]};
   const Pose2 expected = Pose2{node.pose.x(), node.pose.y(), node.pose.z()} * mount;
   return node.measured - expected.vector();
+}
+
+Eigen::Vector3d motionResidual(const Node& from, const Node& to) {
+  const Pose2 begin{from.pose.x(), from.pose.y(), from.pose.z()};
+  const Pose2 end{to.pose.x(), to.pose.y(), to.pose.z()};
+  return (inverse(begin) * end).vector() - to.link.motion.vector();
 }
 
 double normalisedSquare(const Eigen::Vector3d& residual, const Eigen::Matrix3d& R) {

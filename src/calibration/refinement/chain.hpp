@@ -17,6 +17,7 @@ struct Link {
   Eigen::Matrix3d noise;   ///< covariance of motion
   Eigen::Matrix3d wheels;  ///< the part of it that noise/wheel makes; zero unless asked for
   double distance{0.0};    ///< [m]
+  double weight{1.0};      ///< below 1 where the motion is believed less than its noise says
 };
 
 /// One laser pose and the pose of base_link at that instant.
@@ -51,6 +52,9 @@ Eigen::Matrix3d scaled(const Eigen::Matrix3d& covariance, const LaserScales& sca
 
 /// Measured less fitted (x, y, yaw) [m, m, rad].
 Eigen::Vector3d laserResidual(const Node& node, const ParameterVector& values);
+
+/// Motion between two fitted poses less that of the link (x, y, yaw), seen from where it begins.
+Eigen::Vector3d motionResidual(const Node& from, const Node& to);
 
 /// r^T R^-1 r.
 double normalisedSquare(const Eigen::Vector3d& residual, const Eigen::Matrix3d& R);

@@ -75,11 +75,11 @@ ChainFilter::Rows ChainFilter::motionJacobian(const Node& from, const Node& to) 
 
 void ChainFilter::move(const Node& from, const Node& to, double wheel_scale) {
   const Eigen::Matrix3d R = rotation(from.pose.z());
-  const Eigen::Vector3d left_over = to.pose - from.pose - R * to.link.motion.vector();
   const Rows T = motionJacobian(from, to);
   const Rows TP = T * P_;
-  const Eigen::Matrix3d noise = to.link.noise + (wheel_scale * wheel_scale - 1.0) * to.link.wheels;
-  x_.head<3>() = (T * x_ - left_over).eval();
+  const Eigen::Matrix3d noise =
+      (to.link.noise + (wheel_scale * wheel_scale - 1.0) * to.link.wheels) / to.link.weight;
+  x_.head<3>() = (T * x_ - R * motionResidual(from, to)).eval();
   P_.topLeftCorner<3, 3>() = TP * T.transpose() + R * noise * R.transpose();
   P_.topRightCorner(3, n_ - 3) = TP.rightCols(n_ - 3);
   P_.bottomLeftCorner(n_ - 3, 3) = TP.rightCols(n_ - 3).transpose();

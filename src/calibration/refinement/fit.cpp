@@ -35,12 +35,14 @@ ceres::Problem::Options sharedLoss() {
   return options;
 }
 
-/// (C20) for all chains; their poses and `values` are its unknowns.
+/// (C20) for all chains; their poses and `values` are its unknowns. Far from the solution a loss that
+/// forgives all has no slope: the motion has the laser's until the poses are near.
 class FitProblem {
  public:
-  FitProblem(std::vector<Chain>& chains, const ParameterPrior& prior, ParameterVector& values)
+  FitProblem(std::vector<Chain>& chains, const ParameterPrior& prior, bool near, ParameterVector& values)
       : problem_(sharedLoss()),
         prior_(prior),
+        motion_loss_(near ? static_cast<ceres::LossFunction*>(&slip_loss_) : &soft_loss_),
         linearised_(values),
         motion_(values.data()),
         laser_(values.data() + kMotionBlock) {
@@ -80,17 +82,19 @@ class FitProblem {
     for (std::size_t i = 0; i < chain.size(); ++i) {
       Node& node = chain[i];
       auto* laser = new LaserPoseResidual(node, linearised_, prior_.estimated);
-      problem_.AddResidualBlock(new LaserCost(laser), &loss_, node.pose.data(), laser_);
+      problem_.AddResidualBlock(new LaserCost(laser), &soft_loss_, node.pose.data(), laser_);
       if (!node.linked) continue;
       auto* motion = new MotionResidual(node.link, linearised_, prior_.estimated);
-      problem_.AddResidualBlock(new MotionCost(motion), nullptr, chain[i - 1].pose.data(), node.pose.data(),
-                                motion_);
+      problem_.AddResidualBlock(new MotionCost(motion), motion_loss_, chain[i - 1].pose.data(),
+                                node.pose.data(), motion_);
     }
   }
 
-  SoftWeightLoss loss_;
+  SoftWeightLoss soft_loss_;
+  SlipLoss slip_loss_;
   ceres::Problem problem_;
   const ParameterPrior& prior_;
+  ceres::LossFunction* motion_loss_;
   ParameterVector linearised_;
   double* motion_;
   double* laser_;
@@ -128,8 +132,10 @@ void Fit::run() {
   while (rounds_ < kMostRounds && !converged_) {
     ++rounds_;
     const ParameterVector before = values_;
-    if (!makeChains() || !solve()) break;
-    converged_ = hasSettled(before);
+    if (!makeChains()) break;
+    const ceres::TerminationType end = solve();
+    if (end == ceres::FAILURE) break;
+    converged_ = rounds_ > 1 && end == ceres::CONVERGENCE && hasSettled(before);
   }
   const ParameterMask at_bound = atBound();
   if (std::any_of(at_bound.begin(), at_bound.end(), [](bool at) { return at; })) converged_ = false;
@@ -146,15 +152,15 @@ bool Fit::makeChains() {
   return linked;
 }
 
-bool Fit::solve() {
+ceres::TerminationType Fit::solve() {
   ParameterVector values = values_;
-  FitProblem problem(chains_, prior_, values);
+  FitProblem problem(chains_, prior_, rounds_ > 1, values);
   const ceres::Solver::Summary summary = problem.solve();
   iterations_ += static_cast<int>(summary.iterations.size());
-  if (!summary.IsSolutionUsable() || !values.allFinite()) return false;
+  if (!summary.IsSolutionUsable() || !values.allFinite()) return ceres::FAILURE;
   cost_ = summary.final_cost;
   adopt(values);
-  return summary.termination_type == ceres::CONVERGENCE;
+  return summary.termination_type;
 }
 
 /// What the solver has found, for the next round and for what is linear about it.
@@ -174,7 +180,11 @@ void Fit::adopt(const ParameterVector& values) {
 }
 
 void Fit::setWeights(Chain& chain) const {
-  for (Node& node : chain) {
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    Node& node = chain[i];
+    if (node.linked)
+      node.link.weight =
+          SlipLoss::weight(normalisedSquare(motionResidual(chain[i - 1], node), node.link.noise));
     node.weight = SoftWeightLoss::weight(normalisedSquare(laserResidual(node, values_), node.covariance));
   }
 }

@@ -3,6 +3,8 @@
 #include "chain.hpp"
 #include "chain_filter.hpp"
 
+#include <ceres/types.h>
+
 #include <vector>
 
 namespace bs_car_odometry::calibration {
@@ -25,7 +27,7 @@ class Fit {
 
  private:
   bool makeChains();
-  bool solve();
+  ceres::TerminationType solve();
   void adopt(const ParameterVector& values);
   void setWeights(Chain& chain) const;
   void updateCovariance();

@@ -47,6 +47,7 @@ class LevelSearch {
       : chains_(chains), prior_(prior), values_(values) {}
 
   LevelEstimate run() {
+    cutSlips();
     beginRobustly();
     do {
       climb();
@@ -57,6 +58,14 @@ class LevelSearch {
   }
 
  private:
+  /// Motion that the fit does not believe says nothing of the noise.
+  void cutSlips() {
+    for (Chain& chain : chains_)
+      for (std::size_t i = 1; i < chain.size(); ++i)
+        if (normalisedSquare(motionResidual(chain[i - 1], chain[i]), chain[i].link.noise) > kSoftLimit)
+          chain[i].linked = false;
+  }
+
   /// From medians, which do not see outliers nor whether the levels were right.
   void beginRobustly() {
     std::vector<double> position;

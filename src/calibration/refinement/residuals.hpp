@@ -137,4 +137,20 @@ class SoftWeightLoss final : public ceres::LossFunction {
   }
 };
 
+/// rho(s) = s up to the limit, then limit (2 - limit / s): a wheel that spins is wrong by so much that its
+/// motion must count for nothing, where laser poses that are a little too far off still count.
+class SlipLoss final : public ceres::LossFunction {
+ public:
+  static double weight(double square) {
+    return square > kSoftLimit ? kSoftLimit * kSoftLimit / (square * square) : 1.0;
+  }
+
+  void Evaluate(double square, double* rho) const override {
+    const bool beyond = square > kSoftLimit;
+    rho[0] = beyond ? kSoftLimit * (2.0 - kSoftLimit / square) : square;
+    rho[1] = weight(square);
+    rho[2] = beyond ? -2.0 * rho[1] / square : 0.0;
+  }
+};
+
 }  // namespace bs_car_odometry::calibration
