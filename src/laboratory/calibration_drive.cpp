@@ -1,5 +1,6 @@
 #include "bs_car_odometry/laboratory/calibration_drive.hpp"
 
+#include "bs_car_odometry/parameters/configuration.hpp"
 #include "bs_car_odometry/simulation/random.hpp"
 #include "bs_car_odometry/simulation/true_parameters.hpp"
 
@@ -75,9 +76,7 @@ std::vector<calibration::LaserPose> laserPoses(const KnownDrive& drive, const La
 }
 
 std::vector<OdometryUpdate> odometryOf(const Parameters& configured, const std::vector<Sample>& samples) {
-  OdometryConfiguration configuration{configured.vehicle,      configured.noise,
-                                      configured.odometry,     configured.limits,
-                                      configured.initial_pose, configured.relative_motion};
+  OdometryConfiguration configuration = toConfiguration(configured);
   configuration.options.uncertainty = Uncertainty::kFirstOrder;
   configuration.relative_motion.history = Duration::zero();
   std::vector<OdometryUpdate> updates;

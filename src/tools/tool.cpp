@@ -96,6 +96,9 @@ int runTool(const std::string& tool, const std::function<void()>& body) {
   try {
     body();
     return 0;
+  } catch (const NoResultError& error) {
+    reportError(tool, error.what());
+    return error.status();
   } catch (const std::exception& error) {
     return reportError(tool, error.what());
   } catch (...) {

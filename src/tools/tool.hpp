@@ -20,8 +20,18 @@ struct InputError : std::runtime_error {
 
 constexpr int kInputErrorStatus = 3;
 
+/// Input that is in order, but no result came of it: one line on standard error and a status of its own.
+class NoResultError : public std::runtime_error {
+ public:
+  NoResultError(int status, const std::string& what) : std::runtime_error(what), status_(status) {}
+  int status() const { return status_; }
+
+ private:
+  int status_;
+};
+
 /// Runs a tool's body; any exception becomes one line on standard error, "tool: what is wrong".
-/// @return the exit status: 0, or 3 for bad input (command line, files, parameters).
+/// @return the exit status: 0, that of a NoResultError, or 3 for bad input (command line, files, parameters).
 int runTool(const std::string& tool, const std::function<void()>& body);
 
 /// "fl, fr, rl", for messages.

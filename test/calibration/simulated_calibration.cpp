@@ -1,5 +1,6 @@
 #include "simulated_calibration.hpp"
 
+#include "bs_car_odometry/parameters/configuration.hpp"
 #include "bs_car_odometry/simulation/random.hpp"
 
 #include <cmath>
@@ -11,11 +12,6 @@ namespace {
 constexpr std::uint64_t kTruthStream = 200;  // apart from those of the simulated car
 constexpr std::uint64_t kLaserStream = 201;
 constexpr std::size_t kSamplesALaser = 5;
-
-OdometryConfiguration odometryOf(const Parameters& parameters) {
-  return {parameters.vehicle, parameters.noise,        parameters.odometry,
-          parameters.limits,  parameters.initial_pose, parameters.relative_motion};
-}
 
 class Laser {
  public:
@@ -79,7 +75,7 @@ CalibratedDrive calibrate(const SimulatedDrive& simulated, const Parameters& par
   settings.noise = simulated.noise;
   const std::vector<laboratory::Sample> samples = laboratory::record(vehicle, settings);
 
-  OdometryPipeline pipeline(odometryOf(parameters));
+  OdometryPipeline pipeline(toConfiguration(parameters));
   Calibrator calibrator(parameters);
   DriveRecorder recorder;
   calibrator.setListener([&](const CalibrationUpdate& update) { recorder.add(update, calibrator.counts()); });

@@ -1,6 +1,7 @@
 #include "chain.hpp"
 
 #include <Eigen/Cholesky>
+#include "bs_car_odometry/parameters/configuration.hpp"
 
 #include <optional>
 
@@ -12,12 +13,19 @@ namespace {
 /// rest has no noise, and would have infinite weight. A thousand links of it add up to less than 1 mm.
 constexpr double kMotionFloor = 1e-5;
 
+OdometryConfiguration configurationOf(const Parameters& parameters, const Vehicle& vehicle) {
+  OdometryConfiguration configuration = toConfiguration(parameters);
+  const PerWheel<double> metres_per_tick = configuration.vehicle.metres_per_tick;
+  configuration.vehicle = vehicle;
+  configuration.vehicle.metres_per_tick = metres_per_tick;
+  return configuration;
+}
+
 /// What noise/wheel adds to the covariance of a motion, c^2 sum_i d_i J_i J_i^T over the wheels of each step.
 class WheelNoise {
  public:
   WheelNoise(const Parameters& parameters, const Vehicle& vehicle)
-      : model_(makeOdometryModel({vehicle, parameters.noise, parameters.odometry, parameters.limits,
-                                  parameters.initial_pose, parameters.relative_motion})),
+      : model_(makeOdometryModel(configurationOf(parameters, vehicle))),
         variance_(parameters.noise.wheel.variance()) {}
 
   /// @param pose  where the step begins, in the frame of the covariance

@@ -1,0 +1,180 @@
+#include "calibration_bags.hpp"
+
+#include "input_topics.hpp"
+
+#include "bs_car_odometry/ros/calibration_adapter.hpp"
+
+#include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
+
+#include <memory>
+#include <optional>
+#include <sstream>
+
+namespace bs_car_odometry::tools {
+
+using namespace calibration;
+
+namespace {
+
+/// Drives the adapter through the bags, one after the other.
+class BagFilter {
+ public:
+  BagFilter(const CalibrateOptions& options, const CalibrationListener& listener)
+      : options_(options),
+        listener_(listener),
+        adapter_(options.parameters),
+        topics_(options.parameters, options.topics),
+        feed_(options.topics) {
+    topics_.require("laser_pose", "geometry_msgs/PoseWithCovarianceStamped");
+    adapter_.setListener([this](const CalibrationUpdate& update) { hear(update); });
+  }
+
+  FilteredBags run() {
+    open();
+    findMount();
+    Progress progress("calibrate_bag", static_cast<double>(messages()));
+    for (std::size_t i = 0; i < bags_.size(); ++i) {
+      if (i > 0) adapter_.newDrive();
+      read(i, progress);
+    }
+    progress.hide();
+    warnOfDrops();
+    return result();
+  }
+
+ private:
+  void open() {
+    for (const std::string& path : options_.bags) {
+      bags_.push_back(openBag(path));
+      requireTopics(*bags_.back(), path, topics_.required());
+      result_.bags.push_back({path, {}, {}, 0.0});
+    }
+  }
+
+  std::size_t messages() const {
+    std::size_t messages = 0;
+    for (const auto& bag : bags_)
+      messages += rosbag::View(*bag, rosbag::TopicQuery(topics_.spellings())).size();
+    return messages;
+  }
+
+  /// A mount holds for all bags: recorders that split a drive keep /tf_static in the first part alone.
+  void findMount() {
+    std::vector<std::string> spellings = options_.topics.spellings("tf_static");
+    for (const std::string& name : options_.topics.spellings("tf")) spellings.push_back(name);
+    for (std::size_t i = 0; i < bags_.size() && !adapter_.mountKnown(); ++i) {
+      rosbag::View view(*bags_[i], rosbag::TopicQuery(spellings));
+      for (auto message = view.begin(); message != view.end() && !adapter_.mountKnown(); ++message)
+        if (const auto transforms = message->instantiate<tf2_msgs::TFMessage>())
+          adapter_.add(*transforms, options_.topics.matches(message->getTopic(), "tf_static"));
+    }
+    if (!adapter_.mountKnown())
+      throw InputError(listed(options_.bags) + ": " + adapter_.waitingForMount(ros::Time()));
+  }
+
+  void read(std::size_t bag, Progress& progress) {
+    bag_ = &result_.bags[bag];
+    const LaserCounts before = adapter_.calibrator().counts();
+    const double distance = adapter_.calibrator().excitation().distance;
+    odometry_seen_ = false;
+    rosbag::View view(*bags_[bag], rosbag::TopicQuery(topics_.spellings()));
+    for (const rosbag::MessageInstance& message : view) {
+      advance(message.getTime());
+      give(message);
+      progress.update(static_cast<double>(++done_));
+    }
+    advance(ros::TIME_MAX);
+    bag_->drive = recorder_.take();
+    bag_->distance = adapter_.calibrator().excitation().distance - distance;
+    if (!odometry_seen_)
+      throw InputError(bag_->path + " gave no odometry" + reasons(adapter_.pipeline().counts()));
+    if (adapter_.calibrator().counts().used == before.used) throw InputError(noFirstFix());
+  }
+
+  void advance(const ros::Time& now) {
+    while (const std::optional<OdometryUpdate> update = adapter_.next(now)) {
+      recorder_.add(*update);
+      odometry_seen_ = true;
+    }
+  }
+
+  void give(const rosbag::MessageInstance& message) {
+    if (feed_.feed(message, adapter_)) {
+      advance(message.getTime());
+    } else if (const auto pose = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
+      adapter_.add(*pose, message.getTime());
+    }
+  }
+
+  void hear(const CalibrationUpdate& update) {
+    recorder_.add(update, adapter_.calibrator().counts());
+    const bool good = update.innovation.nis <= kRejectLimit;
+    bag_->good.push_back(good);
+    if (good) {
+      sum_of_nis_ += update.innovation.nis;
+      ++good_;
+    }
+    if (listener_) listener_(update);
+  }
+
+  std::string noFirstFix() const {
+    std::ostringstream text;
+    text << bag_->path
+         << ": no beginning was found among its laser poses: five are needed while the odometry "
+         << "runs, three of which agree with it";
+    const LaserInputCounts& counts = adapter_.laserCounts();
+    for (std::size_t i = 1; i < counts.verdicts.size(); ++i)
+      if (counts.verdicts[i] > 0)
+        text << "; " << counts.verdicts[i]
+             << " laser poses dropped: " << explain(static_cast<LaserVerdict>(i));
+    return text.str();
+  }
+
+  void warnOfDrops() const {
+    const LaserInputCounts& counts = adapter_.laserCounts();
+    for (std::size_t i = 1; i < counts.verdicts.size(); ++i)
+      if (counts.verdicts[i] > 0)
+        warn(std::to_string(counts.verdicts[i]) +
+             " laser poses dropped: " + explain(static_cast<LaserVerdict>(i)));
+    if (counts.without_covariance > 0)
+      warn(std::to_string(counts.without_covariance) +
+           " laser poses carry no covariance: they are taken with laser_sigma");
+  }
+
+  FilteredBags result() {
+    const Calibrator& calibrator = adapter_.calibrator();
+    result_.parameters = adapter_.parameters();
+    result_.estimate = calibrator.estimate();
+    result_.estimated = calibrator.estimated();
+    result_.observed = calibrator.observed();
+    result_.prior = calibrator.prior();
+    result_.counts = calibrator.counts();
+    result_.excitation = calibrator.excitation();
+    result_.span = calibrator.span().value();
+    result_.mean_nis = good_ > 0 ? sum_of_nis_ / static_cast<double>(good_) : 0.0;
+    return std::move(result_);
+  }
+
+  const CalibrateOptions& options_;
+  const CalibrationListener& listener_;
+  CalibrationAdapter adapter_;
+  InputTopics topics_;
+  InputFeed feed_;
+  std::vector<std::unique_ptr<rosbag::Bag>> bags_;
+  DriveRecorder recorder_;
+  CalibratedBag* bag_{nullptr};  ///< the one that is read
+  FilteredBags result_;
+  bool odometry_seen_{false};  ///< in this bag
+  std::size_t done_{0};        ///< messages
+  double sum_of_nis_{0.0};
+  std::uint64_t good_{0};
+};
+
+}  // namespace
+
+FilteredBags filterBags(const CalibrateOptions& options, const CalibrationListener& listener) {
+  return BagFilter(options, listener).run();
+}
+
+}  // namespace bs_car_odometry::tools

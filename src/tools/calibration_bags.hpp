@@ -1,0 +1,45 @@
+#pragma once
+
+#include "calibrate_options.hpp"
+
+#include "bs_car_odometry/calibration/calibration_drive.hpp"
+#include "bs_car_odometry/calibration/calibrator.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace bs_car_odometry::tools {
+
+/// A bag that has gone through the calibration.
+struct CalibratedBag {
+  std::string path;
+  calibration::CalibrationDrive drive;
+  std::vector<bool> good;  ///< for each laser pose of the drive: not rejected
+  double distance{0.0};    ///< [m] since its first laser pose
+};
+
+/// What the filter has made of all bags together.
+struct FilteredBags {
+  Parameters parameters;  ///< with the laser's mount from tf
+  std::vector<CalibratedBag> bags;
+  calibration::FilterEstimate estimate;
+  calibration::ParameterMask estimated{};
+  calibration::ParameterMask observed{};
+  calibration::ParameterVector prior{calibration::ParameterVector::Zero()};
+  calibration::LaserCounts counts;
+  calibration::Excitation excitation;
+  TimeSpan span;
+  double mean_nis{0.0};  ///< of the poses that were not rejected
+};
+
+using CalibrationListener = std::function<void(const calibration::CalibrationUpdate&)>;
+
+/// Runs the filter over the bags, through the class that the node drives; the clock is the bags' record time.
+/// @param listener  told of every update of the filter; may be empty
+/// @throws InputError when a topic is missing or of another type, the laser's frame is not in tf, or a bag
+///         gave no odometry or no beginning; says what was dropped and why
+FilteredBags filterBags(const CalibrateOptions& options, const CalibrationListener& listener);
+
+}  // namespace bs_car_odometry::tools
