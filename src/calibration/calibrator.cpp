@@ -177,6 +177,8 @@ void Calibrator::take(const LaserPose& laser) {
 }
 
 void Calibrator::collectFix(const LaserPose& laser) {
+  // At an unknown speed a pose says nothing of the delay, and would seem to say all.
+  if (estimated_[kTimeOffset] && fixes_.empty() && since_fix_.empty()) return;
   fixes_.push_back({laser, std::move(since_fix_)});
   since_fix_.clear();
   if (fixes_.size() < kFewestFixes) return;
