@@ -1,8 +1,10 @@
 #pragma once
 
+#include "bs_car_odometry/core/body_increment.hpp"
 #include "bs_car_odometry/core/options.hpp"
 #include "bs_car_odometry/core/vehicle.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -68,6 +70,8 @@ struct Parameters {
   JointNames joints;
   OdometryOptions odometry;
   NoiseModel noise;
+  /// A calibration's, in the place of noise.systematic; comes with its file, never from the parameters.
+  std::optional<SystematicCovariance> systematic_covariance;
   CalibrationOptions calibration;
   LaserMount laser;
   LaserSigma laser_sigma;
