@@ -41,10 +41,12 @@ void DeadReckoning::add(const OdometryUpdate& update) {
   if (waiting_.size() > kMostWaiting) waiting_.pop_front();
 }
 
-void DeadReckoning::correct(const CalibrationUpdate& update) {
+bool DeadReckoning::correct(const CalibrationUpdate& update) {
+  const bool begins = !begun_;
   model_.setValues(update.estimate.values);
   root_ = rootOf(update.estimate.covariance);
-  if (!begun_) begin(update);
+  if (begins) begin(update);
+  return begins;
 }
 
 void DeadReckoning::begin(const CalibrationUpdate& update) {
@@ -69,7 +71,9 @@ std::optional<DeadReckonedPose> DeadReckoning::next() {
   if (update.report.interval > 0.0 && !update.estimate.twist.isZero(0.0)) result.twist = segment.twist;
   move(segment);
   result.pose = pose_;
-  result.covariance = noise_ + sensitivity_ * sensitivity_.transpose();
+  const Eigen::Matrix3d covariance = noise_ + sensitivity_ * sensitivity_.transpose();
+  result.covariance = 0.5 * (covariance + covariance.transpose());
+  result.step = waiting_.front().step;
   waiting_.pop_front();
   return result;
 }

@@ -22,9 +22,9 @@ void DrivenPaths::start() {
   laser_.clear();
 }
 
-void DrivenPaths::add(const OdometryUpdate& update) {
-  if (!begin_ || !update.step) return;
-  model_.extend(*update.step, segment_);
+void DrivenPaths::add(const MeasuredStep& step) {
+  if (!begin_) return;
+  model_.extend(step, segment_);
   if (segment_.distance < spacing_) return;
   pieces_.push_back({segment_.motion, segment_.J});
   segment_ = MotionSegment();

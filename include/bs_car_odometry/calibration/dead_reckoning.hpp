@@ -15,6 +15,7 @@ struct DeadReckonedPose {
   Eigen::Matrix3d covariance;  ///< (x, y, yaw)
   BodyMotion twist;            ///< [m/s, m/s, rad/s]
   Eigen::Matrix3d twist_covariance;
+  MeasuredStep step;  ///< that led here
 };
 
 /// Dead reckoning in the laser's map from the first fix on, each step with the parameters as they were known
@@ -28,7 +29,8 @@ class DeadReckoning {
   void add(const OdometryUpdate& update);
 
   /// Begins where the laser puts the car, the first time; then takes the parameters.
-  void correct(const CalibrationUpdate& update);
+  /// @return true when it began
+  bool correct(const CalibrationUpdate& update);
 
   /// The next pose, once it has begun.
   std::optional<DeadReckonedPose> next();

@@ -15,7 +15,7 @@ class DrivenPaths {
  public:
   explicit DrivenPaths(const Parameters& parameters);
 
-  void add(const OdometryUpdate& update);
+  void add(const MeasuredStep& step);
   void add(const CalibrationUpdate& update);
   void start();
 
