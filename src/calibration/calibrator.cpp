@@ -55,6 +55,21 @@ void Calibrator::newDrive() {
   forgetTime();
 }
 
+std::optional<CalibrationMemory> Calibrator::memory() const {
+  const FilterEstimate estimate = filter_->estimate();
+  if (!span_ || !filter_->clone()->restore(estimate.values, estimate.covariance)) return std::nullopt;
+  return CalibrationMemory{estimate.values, estimate.covariance, excitation_, counts_, *span_};
+}
+
+bool Calibrator::resume(const CalibrationMemory& memory) {
+  if (!filter_->restore(memory.values, memory.covariance)) return false;
+  excitation_ = memory.driven;
+  counts_ = memory.counts;
+  span_ = memory.span;
+  ever_begun_ = true;
+  return true;
+}
+
 void Calibrator::forgetPose() {
   begun_ = false;
   fixes_.clear();
@@ -177,6 +192,8 @@ void Calibrator::take(const LaserPose& laser) {
 }
 
 void Calibrator::collectFix(const LaserPose& laser) {
+  // At an unknown speed a pose says nothing of the delay, and would seem to say all.
+  if (estimated_[kTimeOffset] && fixes_.empty() && since_fix_.empty()) return;
   fixes_.push_back({laser, std::move(since_fix_)});
   since_fix_.clear();
   if (fixes_.size() < kFewestFixes) return;
@@ -206,6 +223,7 @@ void Calibrator::begin(std::size_t chosen, const std::vector<Pose2>& motions) {
   first.stamp = fixes.front().laser.stamp;
   first.pose = first.pose * inverse(motions[chosen]);
   for (const MeasuredStep& step : fixes.front().steps) filter_->move(step);
+  now_ = effectiveTime(first);
   filter_->begin(first);
   begun_ = ever_begun_ = true;
   if (!span_) span_ = TimeSpan{first.stamp, first.stamp};
@@ -251,7 +269,7 @@ void Calibrator::adoptCandidate() {
 }
 
 void Calibrator::report(const LaserPose& laser) {
-  if (listener_) listener_({laser.stamp, laser, innovation_, filter_->estimate(), excitation_.distance});
+  if (listener_) listener_({laser.stamp, *now_, laser, innovation_, filter_->estimate(), excitation_.distance});
 }
 
 ParameterMask Calibrator::observed() const {

@@ -198,6 +198,19 @@ bool JointFilter::correct(const State& state, const MeasurementJacobian& H,
   return true;
 }
 
+bool JointFilter::restore(const ParameterVector& values, const ParameterMatrix& covariance) {
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(active_[i]);
+    state_.values[row] = values[row];
+    for (std::size_t j = 0; j < active_.size(); ++j)
+      state_.P(static_cast<Eigen::Index>(3 + i), static_cast<Eigen::Index>(3 + j)) =
+          covariance(row, static_cast<Eigen::Index>(active_[j]));
+  }
+  model_.setValues(state_.values);
+  segment_ = MotionSegment();
+  return true;
+}
+
 FilterEstimate JointFilter::estimate() const {
   const State state = predicted();
   FilterEstimate estimate;

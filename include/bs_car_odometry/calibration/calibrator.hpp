@@ -38,9 +38,19 @@ struct LaserCounts {
   std::uint64_t dropped{0};  ///< not even looked at: verdicts other than kAccepted
 };
 
+/// What is left of a calibration when its program ends, and can be gone on with: everything but the pose.
+struct CalibrationMemory {
+  ParameterVector values{ParameterVector::Zero()};
+  ParameterMatrix covariance{ParameterMatrix::Zero()};
+  Excitation driven;
+  LaserCounts counts;
+  TimeSpan span{};
+};
+
 /// One update of the filter, for plots and messages.
 struct CalibrationUpdate {
   Time stamp;  ///< of the laser pose
+  Time seen;   ///< when the car was there, by the wheels' clock: what the estimate is of
   LaserPose laser;
   Innovation innovation;
   FilterEstimate estimate;
@@ -67,6 +77,12 @@ class Calibrator {
 
   /// Another drive of the same car, or another time: what has been learnt of the parameters stays.
   void newDrive();
+
+  /// None before the first fix, and where the filter knows more than this holds (Filter::restore).
+  std::optional<CalibrationMemory> memory() const;
+  /// Goes on with what was learnt of the parameters; to be called before anything is added.
+  /// @return false when the filter cannot
+  bool resume(const CalibrationMemory& memory);
 
   /// Called after each update of the filter.
   void setListener(std::function<void(const CalibrationUpdate&)> listener) {

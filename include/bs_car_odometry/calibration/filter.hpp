@@ -57,6 +57,12 @@ class Filter {
   /// The shift that a pose's stamp has by the present estimate [s].
   virtual double timeOffset() const = 0;
 
+  /// Takes over parameters and their covariance; the pose becomes unknown.
+  /// @return false, with nothing done, when these are not all that the filter's state consists of
+  virtual bool restore(const ParameterVector& /*values*/, const ParameterMatrix& /*covariance*/) {
+    return false;
+  }
+
   /// With everything it knows.
   virtual std::unique_ptr<Filter> clone() const = 0;
 

@@ -21,6 +21,7 @@ class JointFilter final : public Filter {
   Innovation update(const LaserPose& laser, double lead) override;
   FilterEstimate estimate() const override;
   double timeOffset() const override { return model_.values()[kTimeOffset]; }
+  bool restore(const ParameterVector& values, const ParameterMatrix& covariance) override;
   std::unique_ptr<Filter> clone() const override { return std::make_unique<JointFilter>(*this); }
 
  private:

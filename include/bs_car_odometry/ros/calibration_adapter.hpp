@@ -60,6 +60,10 @@ class CalibrationAdapter {
   /// Begins anew: parameters at their prior. The odometry goes on.
   void start();
 
+  /// Goes on with what another run has learnt.
+  /// @return false when the method cannot
+  bool resume(const calibration::CalibrationMemory& memory) { return calibrator_->resume(memory); }
+
   /// The clock went back: with simulated time a new run begins, otherwise the gains go on.
   void clockWentBack(bool simulated_time);
 

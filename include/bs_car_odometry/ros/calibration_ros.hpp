@@ -1,0 +1,90 @@
+#pragma once
+
+#include "bs_car_odometry/CalibrationState.h"
+#include "bs_car_odometry/calibration/dead_reckoning.hpp"
+#include "bs_car_odometry/calibration/driven_paths.hpp"
+#include "bs_car_odometry/ros/calibration_adapter.hpp"
+#include "bs_car_odometry/ros/calibration_diagnostics.hpp"
+#include "bs_car_odometry/ros/clock_watch.hpp"
+
+#include <ros/ros.h>
+#include <std_srvs/Trigger.h>
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace bs_car_odometry {
+
+/// Wires the calibration to ROS: subscribes, converts, calls, publishes, saves (docs/calibration.md, 3).
+/// Callbacks must come from one thread.
+class CalibrationRos {
+ public:
+  /// Reads every parameter, once. Goes on from a checkpoint where there is one.
+  /// @throws ParameterError
+  CalibrationRos(const ros::NodeHandle& node, const ros::NodeHandle& private_node);
+
+  /// An orderly end: nothing to go on from.
+  void end();
+
+ private:
+  void advertise();
+  void advertiseServices();
+  void subscribe();
+  void subscribeSteering(Axle axle);
+  void subscribeWheels();
+  void subscribeJoints();
+  void subscribeLaser();
+  void subscribeTransforms();
+  template <typename Message, typename Callback>
+  void subscribeTo(const std::string& topic, const Callback& callback);
+
+  /// What every input message goes through: clock, adapter, log, then whatever has become complete.
+  template <typename Add>
+  void receive(const Add& add);
+  bool clockRuns(const ros::Time& now);
+  void warn(const std::string& topic, Verdict verdict);
+  void warn(calibration::LaserVerdict verdict, const ros::Time& now);
+  void note(const calibration::CalibrationUpdate& update);
+  void takeUpdates(const ros::Time& now);
+  void startWaiting(const ros::Time& now);
+
+  void publishState(const ros::Time& stamp);
+  void publishOdometry();
+  void publishPaths();
+
+  void resume();
+  void keep();
+  void beginAnew();
+  std::string whyNotSaved() const;
+  bool onStart(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool onReset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool onSave(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+
+  ros::NodeHandle node_;
+  ros::NodeHandle private_node_;
+  CalibrationAdapter adapter_;
+  calibration::DeadReckoning reckoning_;
+  calibration::DrivenPaths paths_;
+  CalibrationDiagnostics diagnostics_;
+  ClockWatch clock_;
+  CalibrationState state_;  ///< of the latest update, with what does not change
+
+  std::vector<ros::Subscriber> subscribers_;
+  std::vector<ros::ServiceServer> servers_;
+  ros::Publisher state_publisher_;
+  ros::Publisher odom_publisher_;
+  ros::Publisher laser_path_publisher_;
+  ros::Publisher before_publisher_;
+  ros::Publisher after_publisher_;
+  ros::Timer wait_timer_;
+  ros::WallTimer path_timer_;
+  ros::WallTimer checkpoint_timer_;
+  bool paths_changed_{false};
+  bool warned_of_clock_{false};
+  std::array<ros::SteadyTime, static_cast<std::size_t>(Verdict::kCount)> warned_;
+  std::array<ros::SteadyTime, static_cast<std::size_t>(calibration::LaserVerdict::kCount)> laser_warned_;
+};
+
+}  // namespace bs_car_odometry

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "bs_car_odometry/core/time.hpp"
+
+#include <ros/time.h>
+
+namespace bs_car_odometry {
+
+/// Notices a clock that goes back. A step back by less than `max_future` is harmless: stamps may be that far
+/// ahead anyway.
+class ClockWatch {
+ public:
+  explicit ClockWatch(Duration max_future) : max_future_(max_future) {}
+
+  /// True once for each step back, which goes to the log.
+  bool wentBack(const ros::Time& now);
+
+ private:
+  Duration max_future_;
+  Time newest_;
+};
+
+}  // namespace bs_car_odometry
