@@ -68,6 +68,13 @@ class Calibrator {
   /// Another drive of the same car, or another time: what has been learnt of the parameters stays.
   void newDrive();
 
+  /// See Filter, for `calibration/method: paper`; after start() or newDrive(). Several drives: stage 1 lasts
+  /// for the first one.
+  void setStraightRun(bool lasts) { filter_->setStraightRun(lasts); }
+  void takeTapedRun(const std::vector<MeasuredStep>& run, double distance) {
+    filter_->takeTapedRun(run, distance);
+  }
+
   /// Called after each update of the filter.
   void setListener(std::function<void(const CalibrationUpdate&)> listener) {
     listener_ = std::move(listener);
