@@ -2,6 +2,7 @@
 
 #include "bs_car_odometry/calibration/filter.hpp"
 #include "bs_car_odometry/laboratory/drive.hpp"
+#include "bs_car_odometry/parameters/configuration.hpp"
 #include "bs_car_odometry/simulation/simulated_car.hpp"
 
 #include <cmath>
@@ -30,10 +31,6 @@ struct Leg {
   double distance{0.0};  ///< [m] truly driven by the middle of the rear axle since the beginning
 };
 
-inline OdometryConfiguration odometryOf(const Parameters& p) {
-  return {p.vehicle, p.noise, p.odometry, p.limits, p.initial_pose, p.relative_motion};
-}
-
 inline Pose2 poseOf(const simulation::Pose& pose) { return {pose.x, pose.y, pose.yaw}; }
 
 /// Drives a scenario at 50 Hz with a laser at 10 Hz; the first leg has no steps.
@@ -46,7 +43,7 @@ inline std::vector<Leg> drive(const Parameters& p, const simulation::TrueParamet
   const simulation::Scenario path = simulation::makeScenario(scenario, p.vehicle);
   simulation::SimulatedCar car(p.vehicle, truth, noise ? std::optional<NoiseModel>(p.noise) : std::nullopt,
                                path, options);
-  OdometryPipeline pipeline(odometryOf(p));
+  OdometryPipeline pipeline(toConfiguration(p));
   const double position = noise ? p.laser_sigma.position : 0.0;
   const double yaw = noise ? p.laser_sigma.yaw : 0.0;
   const Eigen::Vector3d sigma(p.laser_sigma.position, p.laser_sigma.position, p.laser_sigma.yaw);

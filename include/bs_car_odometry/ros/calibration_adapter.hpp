@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace bs_car_odometry {
 
@@ -59,6 +60,12 @@ class CalibrationAdapter {
 
   /// Begins anew: parameters at their prior. The odometry goes on.
   void start();
+
+  /// See calibration::Filter; once the mount is known, and after start() or newDrive().
+  void setStraightRun(bool lasts) { calibrator_->setStraightRun(lasts); }
+  void takeTapedRun(const std::vector<MeasuredStep>& run, double distance) {
+    calibrator_->takeTapedRun(run, distance);
+  }
 
   /// The clock went back: with simulated time a new run begins, otherwise the gains go on.
   void clockWentBack(bool simulated_time);
