@@ -65,8 +65,9 @@ class Drive:
 
 def split(updates, beginning):
     """The rows before a stamp and those from it on, with the time since their beginning."""
+    before = updates["stamp"] < beginning
     parts = []
-    for rows, start in ((updates["stamp"] < beginning, updates["stamp"][0]), (updates["stamp"] >= beginning, beginning)):
+    for rows, start in ((before, updates["stamp"][0]), (~before, beginning)):
         part = {name: values[rows] for name, values in updates.items()}
         part["time"] = part["stamp"] - start
         parts.append(part)
@@ -206,8 +207,8 @@ def reproduce(tools, output, page):
     straight = calibrations["paper"].straight
     draw_gains(calibrations, output / "paper1_figures_5_to_7.png")
     draw_paths(calibrations, drives, output / "paper1_figure_8.png")
-    results.write_csv(output / "paper1_distance_gain.csv",
-                      {"distance": straight["distance"], "k_d": straight["k_d_rear"], "k_d_std": straight["k_d_rear_std"]})
+    results.write_csv(output / "paper1_distance_gain.csv", {
+        "distance": straight["distance"], "k_d": straight["k_d_rear"], "k_d_std": straight["k_d_rear_std"]})
     write_gains(calibrations, output / "paper1_gains.csv")
     results.put_table(page, "figure 5", table_of_distances(calibrations["paper"]))
     results.put_table(page, "figures 6 and 7", table_of_gains(calibrations))

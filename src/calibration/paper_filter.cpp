@@ -73,7 +73,7 @@ void PaperFilter::setPose(const LaserPose& laser) {
   segment_.twist = twist;
 }
 
-/// The prior of (k_r, k_b), given k_d: k_r and k_l were independent, and k_d is their mean.
+/// (C4) The prior of (k_r, k_b), given k_d: k_r and k_l were independent, and k_d is their mean.
 void PaperFilter::setGains(double k_d, double variance) {
   const double share = relation_.rightShare();
   const double prior_k_d = share * prior_(0) + (1.0 - share) * prior_(1);
@@ -169,7 +169,7 @@ void PaperFilter::measureDistance(const LaserPose& laser, double yaw, double wei
   reference_distance_ = distance;
 }
 
-/// Columns k_r, k_b, k_d of the motion's derivative, k_l being a function of k_r and k_d.
+/// (C5) Columns k_r, k_b, k_d of the motion's derivative, k_l being a function of k_r and k_d.
 Eigen::Matrix3d PaperFilter::gainColumns(const MotionSensitivity& J) const {
   Eigen::Matrix3d columns;
   columns.col(0) = J.col(first_) + J.col(first_ + 1) * relation_.leftGainByRightGain();
@@ -218,8 +218,8 @@ Innovation PaperFilter::update(const LaserPose& laser, double lead) {
   return innovation;
 }
 
-/// Joseph form, which holds for any gain: that of what is only considered is zero, k_d in stage 2, every gain
-/// in stage 1.
+/// (C5) Joseph form, which holds for any gain: that of what is only considered is zero, k_d in stage 2, every
+/// gain in stage 1.
 /// @return false when the result was not finite: then nothing has changed
 bool PaperFilter::correct(const State& state, const LaserPose& laser, const Innovation& innovation) {
   const MeasurementJacobian H = measurementJacobian(state.pose);
