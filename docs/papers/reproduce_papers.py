@@ -18,7 +18,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 def parse_arguments():
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--tools", required=True, metavar="DIR", help="where simulate, replay_bag and calibrate_bag are")
+    parser.add_argument("--tools", required=True, metavar="DIR", help="where the package's tools are")
     parser.add_argument("--output", default=HERE, type=pathlib.Path, metavar="DIR", help="default: %(default)s")
     parser.add_argument("--runs", default=20000, type=int, metavar="N", help="simulated robots (default: %(default)s)")
     return parser.parse_args()
