@@ -1,42 +1,48 @@
 """The package's tools, run as a user runs them, and what they leave behind."""
 
+import csv
 import pathlib
-import subprocess
 import sys
 
+import numpy as np
 import rosbag
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
+import programs  # noqa: E402
 import trajectory  # noqa: E402
 
 
 class Package:
-    """simulate and replay_bag, with their bags in a folder of their own."""
+    """simulate, replay_bag and calibrate_bag, with what they write in a folder of their own."""
 
     def __init__(self, tools, folder):
         self._tools = pathlib.Path(tools)
         self._folder = pathlib.Path(folder)
 
     def simulate(self, name, scenario, config, *options):
-        """A simulated drive; returns its bag."""
+        """A simulated drive; returns its bag. It has no laser poses, unless the options ask for them."""
         bag = self._folder / f"{name}.bag"
-        self._run("simulate", "--scenario", scenario, "--config", config, "--laser-rate", "0", "--output", bag,
-                  *options)
+        laser = [] if "--laser-rate" in options else ["--laser-rate", "0"]
+        programs.run(self._tools, "simulate", "--scenario", scenario, "--config", config, *laser, "--output", bag,
+                     *options)
         return bag
 
     def replay(self, bag, config, settings):
         """The odometry over a drive, with parameters set as {path: value}."""
         output = bag.with_suffix(".odometry.bag")
-        pairs = [text for key, value in settings.items() for text in ("--set", f"{key}={value}")]
-        self._run("replay_bag", bag, "--config", config, "--output", output, *pairs)
+        programs.run(self._tools, "replay_bag", bag, "--config", config, "--output", output,
+                     *programs.settings(settings))
         return trajectory.read_odometry(str(output), "odom")
 
-    def _run(self, tool, *arguments):
-        command = [str(self._tools / tool), *map(str, arguments)]
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, check=False)
-        if done.returncode != 0:
-            raise RuntimeError(f"{' '.join(command)}: {done.stderr.strip()}")
+    def calibrate(self, name, bags, config, settings):
+        """The calibration's filter over drives: {column: values}, a row for each laser pose."""
+        report = self._folder / name
+        programs.run(self._tools, "calibrate_bag", *bags, "--config", config, "--no-refine",
+                     "--output", report.with_suffix(".yaml"), "--report", report, *programs.settings(settings))
+        with open(report / "updates.csv", encoding="utf-8") as file:
+            head, *rows = csv.reader(file)
+        return dict(zip(head, np.array(rows, dtype=float).T))
 
 
 def truth_of(bag):

@@ -8,6 +8,7 @@ import sys
 import tempfile
 
 import figure4
+import figures5to8
 import rectangle
 from package import Package
 
@@ -17,7 +18,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 def parse_arguments():
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--tools", required=True, metavar="DIR", help="where simulate and replay_bag are")
+    parser.add_argument("--tools", required=True, metavar="DIR", help="where the package's tools are")
     parser.add_argument("--output", default=HERE, type=pathlib.Path, metavar="DIR", help="default: %(default)s")
     parser.add_argument("--runs", default=20000, type=int, metavar="N", help="simulated robots (default: %(default)s)")
     return parser.parse_args()
@@ -34,6 +35,7 @@ def main():
         tools = Package(arguments.tools, folder)
         try:
             figure4.reproduce(tools, arguments.output, page)
+            figures5to8.reproduce(tools, arguments.output, page)
             rectangle.reproduce(tools, arguments.output, page, arguments.runs)
         except (OSError, RuntimeError, ValueError) as error:
             return f"reproduce_papers: {error}"

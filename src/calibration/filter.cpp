@@ -1,12 +1,15 @@
 #include "bs_car_odometry/calibration/filter.hpp"
 
 #include "bs_car_odometry/calibration/joint_filter.hpp"
+#include "bs_car_odometry/calibration/paper_filter.hpp"
 
 #include <cmath>
 
 namespace bs_car_odometry::calibration {
 
 std::unique_ptr<Filter> makeFilter(const Parameters& parameters) {
+  if (parameters.calibration.method == CalibrationMethod::kPaper)
+    return std::make_unique<PaperFilter>(parameters);
   return std::make_unique<JointFilter>(parameters);
 }
 

@@ -100,6 +100,21 @@ void checkMotion(const Parameters& p, Report& report) {
                    "true, or vehicle/axle_geometry pivot, or odometry/motion paper");
 }
 
+/// P1 calibrates the gains of one axle, and holds them to be constant.
+void checkPaperCalibration(const Parameters& p, Report& report) {
+  if (!report.accepted({"calibration/method"}) || p.calibration.method != CalibrationMethod::kPaper) return;
+  if (report.accepted({"odometry/axles"}) && p.odometry.axles == AxleSelection::kBoth)
+    report.problem("calibration/method", "'paper'", "does not go with odometry/axles both",
+                   "joint, or odometry/axles front or rear");
+  if (report.accepted({"calibration/estimate"}) &&
+      p.calibration.estimate != std::vector<std::string>{"gains"})
+    report.problem("calibration/estimate", "", "is not what calibration/method paper finds",
+                   "[gains], or calibration/method joint");
+  if (report.accepted({"calibration/gain_random_walk"}) && p.calibration.gain_random_walk != 0.0)
+    report.problem("calibration/gain_random_walk", quoted(numberText(p.calibration.gain_random_walk)),
+                   "does not go with calibration/method paper", "0, or calibration/method joint");
+}
+
 /// The mount comes either from tf or from the numbers.
 void checkLaser(const Parameters& p, Report& report) {
   if (p.laser.frame.empty()) return;
@@ -163,6 +178,7 @@ void checkRules(const Parameters& parameters, Report& report) {
   checkRearSteering(parameters, report);
   checkEncoders(parameters, report);
   checkMotion(parameters, report);
+  checkPaperCalibration(parameters, report);
   checkLaser(parameters, report);
   checkJoints(parameters, report);
 }

@@ -10,7 +10,6 @@ import argparse
 import concurrent.futures
 import os
 import pathlib
-import subprocess
 import sys
 from dataclasses import dataclass
 
@@ -24,6 +23,7 @@ import yaml  # noqa: E402
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 sys.path.insert(0, str(ROOT / "scripts"))
+import programs  # noqa: E402
 import trajectory  # noqa: E402
 
 SKIPPED = 77
@@ -76,9 +76,9 @@ def methods_of(axles):
     """Name of each method -> settings of replay_bag."""
     methods = {}
     for axle in axles:
-        methods[f"{axle}, exact"] = [f"odometry/axles={axle}", "odometry/motion=exact"]
+        methods[f"{axle}, exact"] = {"odometry/axles": axle, "odometry/motion": "exact"}
         if axle != "both":
-            methods[f"{axle}, (2)"] = [f"odometry/axles={axle}", "odometry/motion=paper"]
+            methods[f"{axle}, (2)"] = {"odometry/axles": axle, "odometry/motion": "paper"}
     return methods
 
 
@@ -114,23 +114,17 @@ class Evaluation:
 
     def _convert(self, folder, arguments, bag):
         steering = folder / "steering.csv"
-        self._tool("csv_to_bag", "--wheels", folder / "wheels.csv", "--pose", folder / "pose.csv", *arguments,
-                   *(["--steering", steering] if steering.exists() else []), "--output", bag)
+        programs.run(self._tools, "csv_to_bag", "--wheels", folder / "wheels.csv", "--pose", folder / "pose.csv",
+                     *arguments, *(["--steering", steering] if steering.exists() else []), "--output", bag)
 
-    def _replay(self, bag, vehicle, overrides, truth):
+    def _replay(self, bag, vehicle, settings, truth):
         output = bag.with_suffix(".odometry.bag")
-        settings = [word for override in overrides for word in ("--set", override)]
-        self._tool("replay_bag", bag, "--config", vehicle, *settings, "--output", output)
+        programs.run(self._tools, "replay_bag", bag, "--config", vehicle, "--output", output,
+                     *programs.settings(settings))
         odometry = trajectory.read_odometry(str(output), "odom")
         output.unlink()
         shared = odometry.between(truth.stamps[0], truth.stamps[-1])
         return trajectory.compare(shared.started_at(truth.at(shared.stamps[:1])[0]), truth)
-
-    def _tool(self, name, *arguments):
-        command = [str(self._tools / name), *map(str, arguments)]
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
-        if done.returncode != 0:
-            raise RuntimeError(f"{' '.join(command)}\n{done.stdout}")
 
 
 def checks(runs):

@@ -84,6 +84,13 @@ class Calibrator {
   /// @return false when the filter cannot
   bool resume(const CalibrationMemory& memory);
 
+  /// See Filter, for `calibration/method: paper`; after start() or newDrive(). Several drives: stage 1 lasts
+  /// for the first one.
+  void setStraightRun(bool lasts) { filter_->setStraightRun(lasts); }
+  void takeTapedRun(const std::vector<MeasuredStep>& run, double distance) {
+    filter_->takeTapedRun(run, distance);
+  }
+
   /// Called after each update of the filter.
   void setListener(std::function<void(const CalibrationUpdate&)> listener) {
     listener_ = std::move(listener);

@@ -5,6 +5,7 @@
 #include "bs_car_odometry/core/se2.hpp"
 
 #include <memory>
+#include <vector>
 
 namespace bs_car_odometry::calibration {
 
@@ -62,6 +63,16 @@ class Filter {
   virtual bool restore(const ParameterVector& /*values*/, const ParameterMatrix& /*covariance*/) {
     return false;
   }
+
+  /// `calibration/method: paper`, stage 1 lasts from now on until told that it is over, whatever the angle;
+  /// or is over. Nothing to other methods.
+  virtual void setStraightRun(bool /*lasts*/) {}
+
+  /// `calibration/method: paper`, stage 1 without a laser: a run one way, whose length was taken with a tape.
+  /// Stage 2 begins at the next laser pose. Nothing to other methods.
+  /// @param run       from rest to rest
+  /// @param distance  [m], above zero
+  virtual void takeTapedRun(const std::vector<MeasuredStep>& /*run*/, double /*distance*/) {}
 
   /// With everything it knows.
   virtual std::unique_ptr<Filter> clone() const = 0;

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace bs_car_odometry {
 
@@ -63,6 +64,12 @@ class CalibrationAdapter {
   /// Goes on with what another run has learnt.
   /// @return false when the method cannot
   bool resume(const calibration::CalibrationMemory& memory) { return calibrator_->resume(memory); }
+
+  /// See calibration::Filter; once the mount is known, and after start() or newDrive().
+  void setStraightRun(bool lasts) { calibrator_->setStraightRun(lasts); }
+  void takeTapedRun(const std::vector<MeasuredStep>& run, double distance) {
+    calibrator_->takeTapedRun(run, distance);
+  }
 
   /// The clock went back: with simulated time a new run begins, otherwise the gains go on.
   void clockWentBack(bool simulated_time);
