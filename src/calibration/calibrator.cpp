@@ -269,7 +269,8 @@ void Calibrator::adoptCandidate() {
 }
 
 void Calibrator::report(const LaserPose& laser) {
-  if (listener_) listener_({laser.stamp, *now_, laser, innovation_, filter_->estimate(), excitation_.distance});
+  if (listener_)
+    listener_({laser.stamp, *now_, laser, innovation_, filter_->estimate(), excitation_.distance});
 }
 
 ParameterMask Calibrator::observed() const {
