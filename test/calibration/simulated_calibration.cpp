@@ -12,6 +12,7 @@ namespace {
 constexpr std::uint64_t kTruthStream = 200;  // apart from those of the simulated car
 constexpr std::uint64_t kLaserStream = 201;
 constexpr std::size_t kSamplesALaser = 5;
+const Pose2 kJump{3.0, -2.0, 0.5};  // of the map
 
 class Laser {
  public:
@@ -30,6 +31,7 @@ class Laser {
     laser.pose.y += outlier ? spread(simulated_.outliers.position) : sigma.position * random_.normal();
     laser.pose.yaw += outlier ? spread(simulated_.outliers.yaw) : sigma.yaw * random_.normal();
     laser.pose.yaw = wrapAngle(laser.pose.yaw);
+    if (simulated_.jump_after > 0.0 && sample.time > simulated_.jump_after) laser.pose = kJump * laser.pose;
     const Eigen::Vector3d deviations(believed_.position, believed_.position, believed_.yaw);
     laser.covariance = deviations.cwiseAbs2().asDiagonal();
     return laser;

@@ -26,7 +26,8 @@ struct SimulatedDrive {
   std::optional<NoiseModel> noise;  ///< of wheels and steering; none: exact but for rounding
   LaserSigma laser_sigma;           ///< a standard deviation of zero: exact
   LaserOutliers outliers;
-  ParameterVector truth;  ///< gains, steering, laser mount and delay of the true car
+  double jump_after{0.0};  ///< [s] when the localiser's map moves by metres; 0: never
+  ParameterVector truth;   ///< gains, steering, laser mount and delay of the true car
 };
 
 /// What a calibration makes of it.

@@ -10,6 +10,8 @@ struct NoiseLevel {
   double value{0.0};      ///< as configured where it was not found
   double deviation{0.0};  ///< standard deviation of the value; zero where it was not found
   bool found{false};      ///< false where the drives say too little of it
+
+  double scale() const { return configured > 0.0 ? value / configured : 1.0; }
 };
 
 /// The noise that a calibration can find (docs/calibration.md, C25 to C28). Steering noise and side slip stay
@@ -22,9 +24,7 @@ struct NoiseLevels {
   bool converged{false};
 
   /// For RefinementOptions.
-  LaserScales laserScales() const {
-    return {laser_position.value / laser_position.configured, laser_yaw.value / laser_yaw.configured};
-  }
+  LaserScales laserScales() const { return {laser_position.scale(), laser_yaw.scale()}; }
 };
 
 /// Maximum likelihood of the innovations; laser poses that do not fit are left out.

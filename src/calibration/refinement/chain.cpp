@@ -57,11 +57,12 @@ class ChainBuilder {
         model_(parameters) {
     model_.setValues(values);
     if (options.wheel_covariance) wheel_noise_.emplace(parameters, model_.vehicle());
-    chain_.reserve(drive.lasers().size() / options.stride + 1);
+    chain_.nodes.reserve(drive.lasers().size() / options.stride + 1);
   }
 
   Chain build() {
     for (std::size_t i = 0; i < drive_.steps(); ++i) go(drive_.step(i));
+    beginSegment();
     return std::move(chain_);
   }
 
@@ -72,7 +73,7 @@ class ChainBuilder {
   void go(MeasuredStep step) {
     if (now_ != step.span.begin) {
       linked_ = false;
-      segment_ = MotionSegment();
+      beginSegment();
     }
     now_ = step.span.end;
     for (; next_ < drive_.lasers().size() && laserTime() <= *now_; ++next_) {
@@ -101,11 +102,17 @@ class ChainBuilder {
       segment_.twist = ahead.twist;
     }
     addNode();
+    beginSegment();
+    linked_ = true;
+  }
+
+  void beginSegment() {
+    chain_.evidence.information += segment_.evidence.information;
+    chain_.evidence.gradient += segment_.evidence.gradient;
     const BodyMotion twist = segment_.twist;
     segment_ = MotionSegment();
     segment_.twist = twist;
     wheels_.setZero();
-    linked_ = true;
   }
 
   void addNode() {
@@ -118,13 +125,13 @@ class ChainBuilder {
     const LaserPose& laser = drive_.lasers()[next_].laser;
     node.covariance = scaled(laser.covariance, options_.laser_scales);
     setPoses(laser, node);
-    chain_.push_back(node);
+    chain_.nodes.push_back(node);
   }
 
   void setPoses(const LaserPose& laser, Node& node) const {
     node.pose = poses_[next_].vector();
     if (linked_) {
-      const double expected = chain_.back().pose.z() + node.link.motion.yaw;
+      const double expected = chain_.nodes.back().pose.z() + node.link.motion.yaw;
       node.pose.z() = expected + wrapAngle(node.pose.z() - expected);
     }
     const double seen = node.pose.z() + values_[kLaserYaw];

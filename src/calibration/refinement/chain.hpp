@@ -33,7 +33,10 @@ struct Node {
 };
 
 /// The laser poses of one drive and the motion between them.
-using Chain = std::vector<Node>;
+struct Chain {
+  std::vector<Node> nodes;
+  Evidence evidence;  ///< of all its readings, about the values that the chain is about
+};
 
 struct ChainOptions {
   LaserScales laser_scales;

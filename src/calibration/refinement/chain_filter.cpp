@@ -42,11 +42,12 @@ ChainFilter::ChainFilter(const ParameterPrior& prior, const ParameterVector& val
 
 void ChainFilter::add(const Chain& chain, const NoiseScales& scales,
                       std::vector<ChainInnovation>* innovations) {
+  takeEvidence(chain.evidence);
   bool known = false;
-  for (std::size_t i = 0; i < chain.size(); ++i) {
-    const Node& node = chain[i];
+  for (std::size_t i = 0; i < chain.nodes.size(); ++i) {
+    const Node& node = chain.nodes[i];
     known = known && node.linked;
-    if (known) move(chain[i - 1], node, scales.wheel);
+    if (known) move(chain.nodes[i - 1], node, scales.wheel);
     if (node.weight == 0.0) continue;
     const Eigen::Matrix3d R = scaled(node.covariance, scales.laser) / node.weight;
     if (known) {
@@ -57,6 +58,28 @@ void ChainFilter::add(const Chain& chain, const NoiseScales& scales,
       known = true;
     }
   }
+}
+
+/// P^-1 grows by the information, without an inverse: most drives leave some of it singular.
+void ChainFilter::takeEvidence(const Evidence& evidence) {
+  const Eigen::Index n = n_ - 3;
+  StateMatrix information = StateMatrix::Zero(n, n);
+  StateVector gradient = StateVector::Zero(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const Eigen::Index i = prior_.active[static_cast<std::size_t>(k)];
+    if (i >= static_cast<Eigen::Index>(kMotionCount)) continue;
+    gradient[k] = evidence.gradient[i];
+    for (Eigen::Index l = 0; l < n; ++l) {
+      const Eigen::Index j = prior_.active[static_cast<std::size_t>(l)];
+      if (j < static_cast<Eigen::Index>(kMotionCount)) information(k, l) = evidence.information(i, j);
+    }
+  }
+  gradient -= information * x_.tail(n);
+  const StateMatrix M = StateMatrix::Identity(n, n) + information * P_.bottomRightCorner(n, n);
+  const StateMatrix gained = M.partialPivLu().solve(information * P_.bottomRows(n));
+  P_ -= (P_.rightCols(n) * gained).eval();
+  P_ = 0.5 * (P_ + P_.transpose().eval());
+  x_ += P_.rightCols(n) * gradient;
 }
 
 /// [F, R J]: error of the pose after a link, by the errors of the pose before it and of the parameters.

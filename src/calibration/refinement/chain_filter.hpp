@@ -54,6 +54,7 @@ class ChainFilter {
   using StateVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostStates, 1>;
   using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMostStates>;
 
+  void takeEvidence(const Evidence& evidence);
   Rows motionJacobian(const Node& from, const Node& to) const;
   Rows laserJacobian(const Node& node) const;
   void move(const Node& from, const Node& to, double wheel_scale);

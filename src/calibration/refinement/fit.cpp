@@ -35,14 +35,18 @@ ceres::Problem::Options sharedLoss() {
   return options;
 }
 
-/// (C20) for all chains; their poses and `values` are its unknowns. Far from the solution a loss that
-/// forgives all has no slope: the motion has the laser's until the poses are near.
+/// What a motion far beyond its noise costs. Far from the solution a loss that forgives has no slope, or
+/// leads to a place where motion is forgiven that was right: it comes in steps.
+enum class SlipPolicy { kNone, kSoft, kForgiven };
+
+/// (C20) for all chains; their poses and `values` are its unknowns.
 class FitProblem {
  public:
-  FitProblem(std::vector<Chain>& chains, const ParameterPrior& prior, bool near, ParameterVector& values)
+  FitProblem(std::vector<Chain>& chains, const ParameterPrior& prior, SlipPolicy slips,
+             ParameterVector& values)
       : problem_(sharedLoss()),
         prior_(prior),
-        motion_loss_(near ? static_cast<ceres::LossFunction*>(&slip_loss_) : &soft_loss_),
+        motion_loss_(lossOf(slips)),
         linearised_(values),
         motion_(values.data()),
         laser_(values.data() + kMotionBlock) {
@@ -67,6 +71,12 @@ class FitProblem {
   }
 
  private:
+  ceres::LossFunction* lossOf(SlipPolicy slips) {
+    if (slips == SlipPolicy::kNone) return nullptr;
+    if (slips == SlipPolicy::kSoft) return &soft_loss_;
+    return &slip_loss_;
+  }
+
   void setBounds() {
     for (int i = 0; i < kMotionBlock; ++i) {
       if (!hasBounds(static_cast<std::size_t>(i))) continue;
@@ -78,14 +88,17 @@ class FitProblem {
 
   void add(Chain& chain) {
     using LaserCost = ceres::AutoDiffCostFunction<LaserPoseResidual, 3, 3, kLaserBlock>;
+    using EvidenceCost = ceres::AutoDiffCostFunction<EvidenceResidual, kMotionBlock, kMotionBlock>;
     using MotionCost = ceres::AutoDiffCostFunction<MotionResidual, 3, 3, 3, kMotionBlock>;
-    for (std::size_t i = 0; i < chain.size(); ++i) {
-      Node& node = chain[i];
+    auto* evidence = new EvidenceResidual(chain.evidence, linearised_, prior_.estimated);
+    problem_.AddResidualBlock(new EvidenceCost(evidence), nullptr, motion_);
+    for (std::size_t i = 0; i < chain.nodes.size(); ++i) {
+      Node& node = chain.nodes[i];
       auto* laser = new LaserPoseResidual(node, linearised_, prior_.estimated);
       problem_.AddResidualBlock(new LaserCost(laser), &soft_loss_, node.pose.data(), laser_);
       if (!node.linked) continue;
       auto* motion = new MotionResidual(node.link, linearised_, prior_.estimated);
-      problem_.AddResidualBlock(new MotionCost(motion), motion_loss_, chain[i - 1].pose.data(),
+      problem_.AddResidualBlock(new MotionCost(motion), motion_loss_, chain.nodes[i - 1].pose.data(),
                                 node.pose.data(), motion_);
     }
   }
@@ -135,7 +148,7 @@ void Fit::run() {
     if (!makeChains()) break;
     const ceres::TerminationType end = solve();
     if (end == ceres::FAILURE) break;
-    converged_ = rounds_ > 1 && end == ceres::CONVERGENCE && hasSettled(before);
+    converged_ = (rounds_ > 2 || !hasSlips()) && end == ceres::CONVERGENCE && hasSettled(before);
   }
   const ParameterMask at_bound = atBound();
   if (std::any_of(at_bound.begin(), at_bound.end(), [](bool at) { return at; })) converged_ = false;
@@ -147,14 +160,17 @@ bool Fit::makeChains() {
   bool linked = false;
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     chains_.push_back(makeChain(*drives_[i], parameters_, values_, poses_[i], chain_options_));
-    for (const Node& node : chains_.back()) linked = linked || node.linked;
+    for (const Node& node : chains_.back().nodes) linked = linked || node.linked;
   }
   return linked;
 }
 
 ceres::TerminationType Fit::solve() {
   ParameterVector values = values_;
-  FitProblem problem(chains_, prior_, rounds_ > 1, values);
+  const SlipPolicy slips = rounds_ == 1   ? SlipPolicy::kNone
+                           : rounds_ == 2 ? SlipPolicy::kSoft
+                                          : SlipPolicy::kForgiven;
+  FitProblem problem(chains_, prior_, slips, values);
   const ceres::Solver::Summary summary = problem.solve();
   iterations_ += static_cast<int>(summary.iterations.size());
   if (!summary.IsSolutionUsable() || !values.allFinite()) return ceres::FAILURE;
@@ -168,7 +184,9 @@ void Fit::adopt(const ParameterVector& values) {
   const ParameterVector change = values - values_;
   values_ = values;
   for (std::size_t i = 0; i < chains_.size(); ++i) {
-    for (Node& node : chains_[i]) {
+    Evidence& evidence = chains_[i].evidence;
+    evidence.gradient -= evidence.information * change.head<kMotionBlock>();
+    for (Node& node : chains_[i].nodes) {
       const Eigen::Vector3d moved = node.link.J * change.head<kMotionBlock>();
       node.link.motion = {node.link.motion.x + moved.x(), node.link.motion.y + moved.y(),
                           node.link.motion.yaw + moved.z()};
@@ -180,11 +198,11 @@ void Fit::adopt(const ParameterVector& values) {
 }
 
 void Fit::setWeights(Chain& chain) const {
-  for (std::size_t i = 0; i < chain.size(); ++i) {
-    Node& node = chain[i];
+  for (std::size_t i = 0; i < chain.nodes.size(); ++i) {
+    Node& node = chain.nodes[i];
     if (node.linked)
       node.link.weight =
-          SlipLoss::weight(normalisedSquare(motionResidual(chain[i - 1], node), node.link.noise));
+          SlipLoss::weight(normalisedSquare(motionResidual(chain.nodes[i - 1], node), node.link.noise));
     node.weight = SoftWeightLoss::weight(normalisedSquare(laserResidual(node, values_), node.covariance));
   }
 }
@@ -198,6 +216,13 @@ void Fit::updateCovariance() {
 bool Fit::hasSettled(const ParameterVector& before) const {
   const ParameterVector deviations = covariance_.diagonal().cwiseSqrt();
   return ((values_ - before).array().abs() <= kSettled * deviations.array()).all();
+}
+
+bool Fit::hasSlips() const {
+  const auto slips = [](const Node& node) { return node.linked && node.link.weight < 1.0; };
+  return std::any_of(chains_.begin(), chains_.end(), [&](const Chain& chain) {
+    return std::any_of(chain.nodes.begin(), chain.nodes.end(), slips);
+  });
 }
 
 ParameterMask Fit::atBound() const {
@@ -221,8 +246,8 @@ Refinement Fit::result() const {
   result.iterations = iterations_;
   for (const Chain& chain : chains_) {
     std::vector<LaserResidual> residuals;
-    residuals.reserve(chain.size());
-    for (const Node& node : chain) {
+    residuals.reserve(chain.nodes.size());
+    for (const Node& node : chain.nodes) {
       const Eigen::Vector3d residual = laserResidual(node, values_);
       const Pose2 pose{node.pose.x(), node.pose.y(), node.pose.z()};
       residuals.push_back(

@@ -32,6 +32,7 @@ class Fit {
   void setWeights(Chain& chain) const;
   void updateCovariance();
   bool hasSettled(const ParameterVector& before) const;
+  bool hasSlips() const;
   ParameterMask atBound() const;
 
   const Drives& drives_;

@@ -54,7 +54,7 @@ Drift endDrift(const CalibrationDrive& drive, const Parameters& parameters, cons
   const Pose2 from_laser = inverse(Pose2{values[kLaserX], values[kLaserY], values[kLaserYaw]});
   Drift drift;
   Part part;
-  for (const Node& node : makeChain(drive, parameters, values, any_poses, ChainOptions())) {
+  for (const Node& node : makeChain(drive, parameters, values, any_poses, {}).nodes) {
     if (node.linked) {
       part.move(node.link);
     } else {

@@ -48,7 +48,7 @@ class LevelSearch {
 
   LevelEstimate run() {
     cutSlips();
-    beginRobustly();
+    if (!beginRobustly()) return estimate_;
     do {
       climb();
     } while (dropUncertain());
@@ -61,25 +61,30 @@ class LevelSearch {
   /// Motion that the fit does not believe says nothing of the noise.
   void cutSlips() {
     for (Chain& chain : chains_)
-      for (std::size_t i = 1; i < chain.size(); ++i)
-        if (normalisedSquare(motionResidual(chain[i - 1], chain[i]), chain[i].link.noise) > kSoftLimit)
-          chain[i].linked = false;
+      for (std::size_t i = 1; i < chain.nodes.size(); ++i) {
+        Node& node = chain.nodes[i];
+        const Eigen::Vector3d residual = motionResidual(chain.nodes[i - 1], node);
+        if (normalisedSquare(residual, node.link.noise) > kSoftLimit) node.linked = false;
+      }
   }
 
   /// From medians, which do not see outliers nor whether the levels were right.
-  void beginRobustly() {
+  /// @return false where there are no poses
+  bool beginRobustly() {
     std::vector<double> position;
     std::vector<double> yaw;
     for (const Chain& chain : chains_)
-      for (const Node& node : chain) {
+      for (const Node& node : chain.nodes) {
         const Eigen::Vector3d r = laserResidual(node, values_);
         const Eigen::Vector2d p = r.head<2>();
         position.push_back(p.dot(node.covariance.topLeftCorner<2, 2>().llt().solve(p)));
         yaw.push_back(r.z() * r.z() / node.covariance(2, 2));
       }
+    if (yaw.empty()) return false;
     estimate_.found = {true, true, true};
     estimate_.logs[1] = startLog(median(position) / kMedianPosition);
     estimate_.logs[2] = startLog(median(yaw) / kMedianYaw);
+    return true;
   }
 
   static double startLog(double ratio) {
@@ -108,7 +113,7 @@ class LevelSearch {
     std::size_t poses = 0;
     std::size_t outliers = 0;
     for (Chain& chain : chains_)
-      for (Node& node : chain) {
+      for (Node& node : chain.nodes) {
         const Eigen::Matrix3d R = scaled(node.covariance, scales.laser);
         node.weight = normalisedSquare(laserResidual(node, values_), R) > kRejectLimit ? 0.0 : 1.0;
         outliers += node.weight == 0.0 ? 1 : 0;

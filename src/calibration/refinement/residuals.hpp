@@ -5,6 +5,7 @@
 
 #include <ceres/loss_function.h>
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include <cmath>
 
@@ -100,6 +101,40 @@ class LaserPoseResidual {
   Eigen::Vector4d values_;
   Eigen::Vector4d estimated_;
   Eigen::Matrix3d W_;
+};
+
+/// What the wheels say among each other, Lambda = V diag(l) V^T and the gradient g about some values:
+/// r_k = sqrt(l_k) v_k^T (p - p_0) - v_k^T g / sqrt(l_k), where there is any information.
+class EvidenceResidual {
+ public:
+  EvidenceResidual(const Evidence& evidence, const ParameterVector& values, const ParameterMask& estimated)
+      : values_(values.head<kMotionBlock>()) {
+    Eigen::Matrix<double, kMotionBlock, 1> mask;
+    for (int i = 0; i < kMotionBlock; ++i) mask[i] = estimated[static_cast<std::size_t>(i)] ? 1.0 : 0.0;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, kMotionBlock, kMotionBlock>> solver(
+        mask.asDiagonal() * evidence.information * mask.asDiagonal());
+    const auto& l = solver.eigenvalues();
+    for (int k = 0; k < kMotionBlock; ++k) {
+      const bool any = l[k] > 1e-12 * l[kMotionBlock - 1];  // the rest is rounding
+      root_.row(k) = (any ? std::sqrt(l[k]) : 0.0) * solver.eigenvectors().col(k).transpose();
+      const double g = solver.eigenvectors().col(k).dot(mask.cwiseProduct(evidence.gradient));
+      offset_[k] = any ? g / std::sqrt(l[k]) : 0.0;
+    }
+  }
+
+  template <typename T>
+  bool operator()(const T* values, T* residual) const {
+    for (int k = 0; k < kMotionBlock; ++k) {
+      residual[k] = T(-offset_[k]);
+      for (int i = 0; i < kMotionBlock; ++i) residual[k] += root_(k, i) * (values[i] - values_[i]);
+    }
+    return true;
+  }
+
+ private:
+  Eigen::Matrix<double, kMotionBlock, 1> values_;
+  Eigen::Matrix<double, kMotionBlock, kMotionBlock> root_;
+  Eigen::Matrix<double, kMotionBlock, 1> offset_;
 };
 
 /// What is believed of the parameters before the drives. Those that are not estimated have no other residual
