@@ -13,9 +13,10 @@ namespace bs_car_odometry::calibration {
 
 namespace {
 
-constexpr int kMostRounds = 10;
+constexpr int kMostRounds = 15;
 constexpr int kMostIterations = 50;    // of the solver, in a round
 constexpr double kSettled = 0.01;      // standard deviations that a value may still move in the last round
+constexpr double kNear = 1.0;          // standard deviations, below which slips are looked for
 constexpr double kPrecision = 1e-10;   // of the solver, relative change of the cost
 constexpr double kFirstRadius = 1e12;  // of its trust region: begins with a step of Gauss and Newton
 
@@ -34,10 +35,6 @@ ceres::Problem::Options sharedLoss() {
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   return options;
 }
-
-/// What a motion far beyond its noise costs. Far from the solution a loss that forgives has no slope, or
-/// leads to a place where motion is forgiven that was right: it comes in steps.
-enum class SlipPolicy { kNone, kSoft, kForgiven };
 
 /// (C20) for all chains; their poses and `values` are its unknowns.
 class FitProblem {
@@ -148,7 +145,10 @@ void Fit::run() {
     if (!makeChains()) break;
     const ceres::TerminationType end = solve();
     if (end == ceres::FAILURE) break;
-    converged_ = (rounds_ > 2 || !hasSlips()) && end == ceres::CONVERGENCE && hasSettled(before);
+    const double moved = movedBy(before);
+    converged_ =
+        end == ceres::CONVERGENCE && moved <= kSettled && (slips_ == SlipPolicy::kForgiven || !hasSlips());
+    if (moved <= kNear) slips_ = slips_ == SlipPolicy::kNone ? SlipPolicy::kSoft : SlipPolicy::kForgiven;
   }
   const ParameterMask at_bound = atBound();
   if (std::any_of(at_bound.begin(), at_bound.end(), [](bool at) { return at; })) converged_ = false;
@@ -167,10 +167,7 @@ bool Fit::makeChains() {
 
 ceres::TerminationType Fit::solve() {
   ParameterVector values = values_;
-  const SlipPolicy slips = rounds_ == 1   ? SlipPolicy::kNone
-                           : rounds_ == 2 ? SlipPolicy::kSoft
-                                          : SlipPolicy::kForgiven;
-  FitProblem problem(chains_, prior_, slips, values);
+  FitProblem problem(chains_, prior_, slips_, values);
   const ceres::Solver::Summary summary = problem.solve();
   iterations_ += static_cast<int>(summary.iterations.size());
   if (!summary.IsSolutionUsable() || !values.allFinite()) return ceres::FAILURE;
@@ -213,9 +210,12 @@ void Fit::updateCovariance() {
   covariance_ = filter.covariance();
 }
 
-bool Fit::hasSettled(const ParameterVector& before) const {
-  const ParameterVector deviations = covariance_.diagonal().cwiseSqrt();
-  return ((values_ - before).array().abs() <= kSettled * deviations.array()).all();
+/// Largest change of a value, in standard deviations.
+double Fit::movedBy(const ParameterVector& before) const {
+  double largest = 0.0;
+  for (const Eigen::Index i : prior_.active)
+    largest = std::max(largest, std::abs(values_[i] - before[i]) / std::sqrt(covariance_(i, i)));
+  return largest;
 }
 
 bool Fit::hasSlips() const {

@@ -9,6 +9,10 @@
 
 namespace bs_car_odometry::calibration {
 
+/// What a motion far beyond its noise costs. Far from the solution a loss that forgives has no slope, or
+/// leads to a place where motion is forgiven that was right: it comes in steps.
+enum class SlipPolicy { kNone, kSoft, kForgiven };
+
 /// A refinement while it is being worked out: chains about the present values, solved and made anew in turn.
 class Fit {
  public:
@@ -31,7 +35,7 @@ class Fit {
   void adopt(const ParameterVector& values);
   void setWeights(Chain& chain) const;
   void updateCovariance();
-  bool hasSettled(const ParameterVector& before) const;
+  double movedBy(const ParameterVector& before) const;
   bool hasSlips() const;
   ParameterMask atBound() const;
 
@@ -43,6 +47,7 @@ class Fit {
   std::vector<Chain> chains_;
   ParameterVector values_;
   ParameterMatrix covariance_{ParameterMatrix::Zero()};
+  SlipPolicy slips_{SlipPolicy::kNone};
   double cost_{0.0};
   int rounds_{0};
   int iterations_{0};
