@@ -103,7 +103,7 @@ void expectHonest(const NoiseStudy& study, int runs) {
 }
 
 TEST(NoiseLevels, AreFoundWhereTheConfiguredOnesAreHalfOrTwiceTheTruth) {
-  constexpr int kRuns = 20;
+  constexpr int kRuns = 40;
   const NoiseStudy above = study("slalom_eight", kRuns, {2.0, 2.0, 2.0});
   expectHonest(above, kRuns);
   const NoiseStudy below = study("slalom_eight", kRuns, {0.5, 0.5, 0.5});
