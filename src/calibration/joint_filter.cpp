@@ -176,6 +176,19 @@ Innovation JointFilter::update(const LaserPose& laser, double lead) {
   return innovation;
 }
 
+/// The velocity of the laser, by which the time offset is found, has the same noise as the motion that its
+/// pose is compared with: too fast a step looks like a late pose. Expected of dz/d tau^T S^-1 residual are
+/// therefore not 0 but tr(S^-1 q), with q the noise of the motion in a second.
+JointFilter::StateVector JointFilter::velocityBias(const MeasurementJacobian& H, const Eigen::Matrix3d& S,
+                                                   const StateMatrix& P) const {
+  StateVector change = StateVector::Zero(P.cols());
+  const auto found = std::find(active_.begin(), active_.end(), static_cast<std::size_t>(kTimeOffset));
+  if (found == active_.end() || !(segment_.duration > 0.0)) return change;
+  const Eigen::Matrix3d J = H.leftCols<3>() * rotation(state_.pose.yaw);
+  const Eigen::Matrix3d q = J * segment_.noise * J.transpose() / segment_.duration;
+  return S.llt().solve(q).trace() * P.col(3 + (found - active_.begin()));
+}
+
 /// @return false when the result was not finite: then nothing has changed
 bool JointFilter::correct(const State& state, const MeasurementJacobian& H,
                           const Eigen::Matrix3d& laser_covariance, const Innovation& innovation) {
@@ -191,8 +204,9 @@ bool JointFilter::correct(const State& state, const MeasurementJacobian& H,
   P = 0.5 * (P + P.transpose().eval());
   for (Eigen::Index i = 0; i < 3; ++i)
     P(i, i) = std::max(P(i, i), kPoseFloor * kPoseFloor * laser_covariance(i, i));
+  const StateVector bias = velocityBias(H, S, P);
   state_ = {state.pose, state.values, P};
-  shift(change, state_);
+  shift(change - bias, state_);
   model_.setValues(state_.values);
   beginSegment();
   return true;

@@ -4,6 +4,7 @@
 #include "bs_car_odometry/parameters/configuration.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace bs_car_odometry::calibration {
 
@@ -11,6 +12,10 @@ namespace {
 
 /// 0.1 % of a chi-square with 3 degrees of freedom, those of a step of four wheels and two angles.
 constexpr double kContradiction = 16.2662;
+
+/// The twist is smoothed over this time [s]: that of one step has the noise of one step, divided by its short
+/// duration.
+constexpr double kTwistTime = 0.06;
 
 double readingOf(double angle, const SteeringCalibration& steering) {
   return (angle - steering.offset) / steering.scale;
@@ -102,7 +107,8 @@ void MotionModel::extend(const MeasuredStep& step, MotionSegment& segment) const
   segment.distance += increment.motion.head<2>().norm();
   const double duration = toSeconds(step.span.end - step.span.begin);
   segment.duration += duration;
-  if (duration > 0.0) segment.twist = increment.motion / duration;
+  if (duration > 0.0)
+    segment.twist += (1.0 - std::exp(-duration / kTwistTime)) * (increment.motion / duration - segment.twist);
 }
 
 std::pair<MeasuredStep, MeasuredStep> split(const MeasuredStep& step, Time time) {

@@ -48,6 +48,8 @@ class JointFilter final : public Filter {
   Pose2 expectedLaser(const State& state, double lead) const;
   /// Velocity of the laser's point in the map [m/s, m/s, rad/s].
   Eigen::Vector3d laserVelocity(const State& state) const;
+  StateVector velocityBias(const MeasurementJacobian& H, const Eigen::Matrix3d& S,
+                           const StateMatrix& P) const;
   bool correct(const State& state, const MeasurementJacobian& H, const Eigen::Matrix3d& laser_covariance,
                const Innovation& innovation);
 
