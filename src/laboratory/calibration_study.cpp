@@ -24,7 +24,8 @@ using calibration::FilterEstimate;
 using calibration::ParameterVector;
 using Eigen::Index;
 
-constexpr double kRate = 50.0;  // [Hz]
+constexpr double kRate = 50.0;             // [Hz]
+constexpr std::size_t kPosesASecond = 10;  // of the laser
 /// The loop after a calibration is another drive of the same car: seeds apart from those of all others.
 constexpr std::uint64_t kLoopSeed = 1000000007;
 
@@ -172,6 +173,11 @@ class Follower {
   void see(const calibration::CalibrationUpdate& update) {
     ++outcome_.updates;
     nis_ += update.innovation.nis;
+    second_ += update.innovation.nis;
+    if (outcome_.updates % kPosesASecond == 0) {
+      outcome_.worst_second_nis = std::max(outcome_.worst_second_nis, second_ / kPosesASecond);
+      second_ = 0.0;
+    }
     outcome_.estimate = update.estimate;
     last_ = laserNumber(update.stamp);
     if (last_ < prepared_.settled) return;
@@ -207,6 +213,7 @@ class Follower {
   Time first_;
   std::size_t last_{0};
   double nis_{0.0};
+  double second_{0.0};  ///< sum of NIS in the present second
 };
 
 /// Dead reckoning by what a calibration has found, judged at a quarter, a half and the end of the way.
@@ -330,7 +337,10 @@ bool CalibrationResult::isLost(const CalibrationOutcome& run, double bounds) con
   });
 }
 
-bool isFlagged(const CalibrationOutcome& run) { return run.mean_nis > meanInterval(3.0, run.updates).high; }
+bool isFlagged(const CalibrationOutcome& run) {
+  const auto seconds = static_cast<double>(run.updates) / kPosesASecond;
+  return run.worst_second_nis > meanBelow(3.0, kPosesASecond, 1.0 - (1.0 - kConfidence) / seconds);
+}
 
 std::vector<CalibrationResult> studyCalibration(const CalibrationStudySettings& settings) {
   if (settings.runs == 0 || settings.cases.empty())

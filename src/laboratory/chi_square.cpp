@@ -27,4 +27,9 @@ Interval meanInterval(double degrees, std::size_t count) {
   return {quantile(sum, tail) / n, quantile(sum, 1.0 - tail) / n};
 }
 
+double meanBelow(double degrees, std::size_t count, double probability) {
+  const auto n = static_cast<double>(count);
+  return quantile(chi_squared(degrees * n), probability) / n;
+}
+
 }  // namespace bs_car_odometry::laboratory

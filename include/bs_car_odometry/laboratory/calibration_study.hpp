@@ -34,8 +34,9 @@ struct CalibrationOutcome {
   calibration::FilterEstimate estimate;
   calibration::ParameterVector error{calibration::ParameterVector::Zero()};  ///< estimate less truth
   double gain_nees{0.0};                                                     ///< of the estimated parameters
-  double state_nees{0.0};  ///< of pose and parameters together
-  double mean_nis{0.0};    ///< of the laser poses
+  double state_nees{0.0};        ///< of pose and parameters together
+  double mean_nis{0.0};          ///< of the laser poses
+  double worst_second_nis{0.0};  ///< largest mean over one second of them
   std::size_t updates{0};
   calibration::ParameterMask observed{};
   std::uint64_t relocalisations{0};
@@ -66,8 +67,8 @@ struct CalibrationResult {
   bool isLost(const CalibrationOutcome& run, double bounds) const;
 };
 
-/// A drive whose mean NIS is above the interval that holds it with a probability of kConfidence: something
-/// is not as the noise model says.
+/// A drive with a second whose mean NIS is larger than in all but one of 1,000 drives that the noise model
+/// describes: something is not as it says.
 bool isFlagged(const CalibrationOutcome& run);
 
 struct CalibrationStudySettings {

@@ -24,4 +24,7 @@ struct Interval {
 /// Where the mean of `count` independent chi-square variables lies with probability kConfidence.
 Interval meanInterval(double degrees, std::size_t count);
 
+/// Below which the mean of `count` independent chi-square variables lies with this probability.
+double meanBelow(double degrees, std::size_t count, double probability);
+
 }  // namespace bs_car_odometry::laboratory
