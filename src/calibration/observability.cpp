@@ -12,8 +12,9 @@ namespace {
 enum class Manoeuvre { kStraight, kTurn, kChange };
 constexpr std::array<Manoeuvre, 3> kAllManoeuvres{Manoeuvre::kStraight, Manoeuvre::kTurn, Manoeuvre::kChange};
 
-/// Below this share of the information needed, what was driven says nothing about what is still to drive.
-constexpr double kSmallShare = 0.05;
+/// Below this share of the information needed, what was driven says nothing about what is still to drive: an
+/// extended Kalman filter learns a little from noise alone.
+constexpr double kSmallShare = 0.1;
 
 /// What to begin with [m], [degrees], the least that is worth saying, and the most that is asked for at once.
 struct Amount {
@@ -27,6 +28,10 @@ constexpr double kLeastDistance = 2.0;         // [m]
 constexpr double kLeastTurn = 0.5;             // [rad]
 constexpr double kLeastSpeedChange = 0.5;      // [m/s]
 constexpr double kLeastTurnRateChange = 0.25;  // [rad/s]
+
+// A gain outside these means that something else is wrong.
+constexpr double kLeastGain = 0.8;
+constexpr double kLargestGain = 1.2;
 
 constexpr double kDegrees = 180.0 / M_PI;
 
@@ -149,19 +154,22 @@ std::string whyNotAllObserved(const Knowledge& knowledge) {
   return text.empty() ? text : "not observed yet: " + text;
 }
 
-std::string implausibleGain(const ParameterVector& values, const ParameterMask& observed) {
+std::string implausibleGains(const ParameterVector& values, const ParameterMask& observed) {
+  std::string names;
+  bool wheel = false;
   for (std::size_t i = 0; i < kCount; ++i) {
     const double value = values[static_cast<Eigen::Index>(i)];
-    if (!isGain(i) || !observed[i] || (value >= 0.8 && value <= 1.2)) continue;
-    const bool track = i == systematic::kFrontTrack || i == systematic::kRearTrack;
-    std::array<char, 200> text{};
-    std::snprintf(text.data(), text.size(), "%s is %.3f, outside 0.8 to 1.2: check %s",
-                  parameterName(i).c_str(), value,
-                  track ? "vehicle/track and the unit and scale of the steering angle"
-                        : "the wheel's radius, the encoder's ticks per turn and the unit of metres_per_tick");
-    return text.data();
+    if (!isGain(i) || !observed[i] || (value >= kLeastGain && value <= kLargestGain)) continue;
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "%s = %.3g", parameterName(i).c_str(), value);
+    names += (names.empty() ? "" : ", ") + std::string(text.data());
+    wheel = wheel || manoeuvreFor(i) == Manoeuvre::kStraight;
   }
-  return {};
+  if (names.empty()) return names;
+  return names + ": outside 0.8 to 1.2; check " +
+         (wheel ? "the wheels' radius and the encoders' ticks per turn (encoders/metres_per_tick), and the "
+                  "units of the laser poses"
+                : "vehicle/track and its unit, and that steering angles are in radians");
 }
 
 }  // namespace bs_car_odometry::calibration

@@ -32,7 +32,9 @@ std::string faultOf(std::size_t parameter, double value) {
 /// Judged by the correlations, since the parameters have units of their own.
 bool isCovariance(const ParameterMatrix& matrix) {
   constexpr double kRounding = 1e-9;
-  if (!matrix.allFinite() || (matrix.diagonal().array() < 0.0).any()) return false;
+  constexpr double kLargestVariance = 1e4;  // (100 m)^2; what is far larger overflows further on
+  if (!matrix.allFinite() || matrix.diagonal().minCoeff() < 0.0) return false;
+  if (matrix.diagonal().maxCoeff() > kLargestVariance) return false;
   const ParameterVector deviations = matrix.diagonal().cwiseSqrt();
   ParameterMatrix correlations = ParameterMatrix::Identity();
   for (Eigen::Index i = 0; i < matrix.rows(); ++i)

@@ -9,7 +9,7 @@
 namespace bs_car_odometry {
 
 using calibration::CalibrationStage;
-using calibration::implausibleGain;
+using calibration::implausibleGains;
 using calibration::Knowledge;
 using calibration::LaserVerdict;
 
@@ -108,7 +108,7 @@ void CalibrationDiagnostics::calibration(Status& status) {
     if (adapter_.pipeline().steeringNeeded()[axle] && !adapter_.pipeline().hasSteering(axle))
       status.mergeSummary(Level::ERROR, std::string("waiting for steering: no angle on ") + name(axle) +
                                             "_steering yet; is it published, and remapped to this node?");
-  const std::string implausible = implausibleGain(calibrator.estimate().values, calibrator.observed());
+  const std::string implausible = implausibleGains(calibrator.estimate().values, calibrator.observed());
   if (!implausible.empty()) status.mergeSummary(Level::ERROR, implausible);
   const std::string inconsistent = innovations_.verdict();
   if (!inconsistent.empty()) status.mergeSummary(Level::WARN, inconsistent);

@@ -4,12 +4,6 @@
 
 namespace bs_car_odometry {
 
-namespace {
-
-constexpr double kFarthestJoint = 1e9;  // [rad]; beyond, the counter would leave its 64 bits
-
-}  // namespace
-
 OdometryAdapter::OdometryAdapter(const Parameters& parameters)
     : parameters_(parameters),
       frames_{parameters.odom_frame, parameters.base_frame, parameters.unmeasured_variance},

@@ -2,20 +2,15 @@
 
 #include "tool.hpp"
 
+#include <ros/serialization.h>
+
 #include <algorithm>
-#include <map>
+#include <fstream>
 #include <sstream>
 
 namespace bs_car_odometry::tools {
 
 namespace {
-
-std::map<std::string, std::string> typesByTopic(const rosbag::Bag& bag) {
-  std::map<std::string, std::string> types;
-  for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections())
-    types[connection->topic] = connection->datatype;
-  return types;
-}
 
 std::string listOf(const std::map<std::string, std::string>& types) {
   std::ostringstream list;
@@ -24,7 +19,22 @@ std::string listOf(const std::map<std::string, std::string>& types) {
   return list.str();
 }
 
+bool beginsAsBag(const std::string& path) {
+  constexpr const char* kBeginning = "#ROSBAG V2";
+  std::string beginning(std::char_traits<char>::length(kBeginning), ' ');
+  return std::ifstream(path, std::ios::binary)
+             .read(beginning.data(), static_cast<std::streamsize>(beginning.size())) &&
+         beginning == kBeginning;
+}
+
 }  // namespace
+
+std::map<std::string, std::string> typesByTopic(const rosbag::Bag& bag) {
+  std::map<std::string, std::string> types;
+  for (const rosbag::ConnectionInfo* connection : rosbag::View(bag).getConnections())
+    types[connection->topic] = connection->datatype;
+  return types;
+}
 
 std::unique_ptr<rosbag::Bag> openBag(const std::string& path) {
   auto bag = std::make_unique<rosbag::Bag>();
@@ -34,9 +44,26 @@ std::unique_ptr<rosbag::Bag> openBag(const std::string& path) {
     throw InputError(path + " has no index, as when recording was cut off: repair it with 'rosbag reindex " +
                      path + "'");
   } catch (const rosbag::BagException& error) {
+    if (beginsAsBag(path))
+      throw InputError(path + " is cut off or damaged (" + error.what() +
+                       "): what is left is kept by 'rosbag reindex " + path + "'");
     throw InputError(path + " cannot be read as a bag: " + error.what());
   }
   return bag;
+}
+
+void readMessages(const std::string& path, const std::function<void()>& read) {
+  const auto refuse = [&path](const std::exception& error) {
+    throw InputError(path + " is damaged (" + error.what() +
+                     "): what comes before the damage is kept by 'rosbag reindex --force " + path + "'");
+  };
+  try {
+    read();
+  } catch (const rosbag::BagException& error) {
+    refuse(error);
+  } catch (const ros::serialization::StreamOverrunException& error) {
+    refuse(error);
+  }
 }
 
 void requireTopics(const rosbag::Bag& bag, const std::string& path, const std::vector<WantedTopic>& wanted) {

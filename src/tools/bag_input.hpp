@@ -3,6 +3,8 @@
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 
+#include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,6 +14,13 @@ namespace bs_car_odometry::tools {
 /// Opens a bag for reading.
 /// @throws InputError naming what is wrong and the command that repairs it
 std::unique_ptr<rosbag::Bag> openBag(const std::string& path);
+
+/// Calls `read`, which goes through the messages of a bag.
+/// @throws InputError with the command that repairs the bag when a message cannot be read
+void readMessages(const std::string& path, const std::function<void()>& read);
+
+/// Every topic of a bag with its type.
+std::map<std::string, std::string> typesByTopic(const rosbag::Bag& bag);
 
 /// A topic that a tool reads, under any of its spellings, and the type that it must have.
 struct WantedTopic {

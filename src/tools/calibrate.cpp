@@ -4,7 +4,7 @@
 #include "calibration_bags.hpp"
 #include "calibration_table.hpp"
 
-#include "bs_car_odometry/calibration/advice.hpp"
+#include "bs_car_odometry/calibration/observability.hpp"
 #include "bs_car_odometry/calibration/result.hpp"
 #include "bs_car_odometry/ros/conversions.hpp"
 
@@ -25,6 +25,11 @@ ParameterMask missingOf(const FilteredBags& filtered) {
   return missing;
 }
 
+calibration::Knowledge knowledgeOf(const FilteredBags& filtered) {
+  return {filtered.estimated, filtered.prior,
+          filtered.estimate.covariance.diagonal().cwiseMax(0.0).cwiseSqrt(), filtered.excitation};
+}
+
 std::string namesOf(const ParameterMask& mask, bool gains_only) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < kCount; ++i)
@@ -34,7 +39,7 @@ std::string namesOf(const ParameterMask& mask, bool gains_only) {
 
 /// @throws InputError where a gain tells of a wrong vehicle file
 void requirePlausible(const FilteredBags& filtered) {
-  const std::string implausible = implausibleGains(filtered.estimate.values, filtered.estimated);
+  const std::string implausible = implausibleGains(filtered.estimate.values, filtered.observed);
   if (!implausible.empty()) throw InputError(implausible + "; nothing was written");
 }
 
@@ -46,8 +51,7 @@ void requireObserved(const FilteredBags& filtered) {
   if (gains.empty() || (partial && !namesOf(filtered.observed, true).empty())) return;
   throw NoResultError(
       kNotObservedStatus,
-      "not observed: " + gains + "; " +
-          whatToDrive(missing, filtered.estimate, filtered.prior, filtered.excitation) +
+      "not observed: " + gains + "; " + calibration::missing(knowledgeOf(filtered)) +
           (partial ? "; nothing was written"
                    : "; nothing was written (calibration/allow_partial=true saves the rest)"));
 }

@@ -79,11 +79,13 @@ class BagFilter {
     const double distance = adapter_.calibrator().excitation().distance;
     odometry_seen_ = false;
     rosbag::View view(*bags_[bag], rosbag::TopicQuery(topics_.spellings()));
-    for (const rosbag::MessageInstance& message : view) {
-      advance(message.getTime());
-      give(message);
-      progress.update(static_cast<double>(++done_));
-    }
+    readMessages(options_.bags[bag], [&] {
+      for (const rosbag::MessageInstance& message : view) {
+        advance(message.getTime());
+        give(message);
+        progress.update(static_cast<double>(++done_));
+      }
+    });
     advance(ros::TIME_MAX);
     bag_->drive = recorder_.take();
     bag_->distance = adapter_.calibrator().excitation().distance - distance;

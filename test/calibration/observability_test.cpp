@@ -161,20 +161,21 @@ TEST(Progress, needsMotionAsWellAsDeviation) {
 
 // --- gains that cannot be ----------------------------------------------------------------------------------
 
-TEST(ImplausibleGain, C7_namesTheLikelyCause) {
+TEST(ImplausibleGains, C7_namesTheGainAndWhatToCheck) {
   ParameterVector values = ParameterVector::Ones();
   ParameterMask observed{};
-  observed.fill(true);
-  EXPECT_EQ(implausibleGain(values, observed), "");
-  values[kFrontRight] = 1.95;
-  EXPECT_THAT(implausibleGain(values, observed),
-              ::testing::AllOf(HasSubstr("front/k_r is 1.950"), HasSubstr("radius"),
-                               HasSubstr("ticks per turn"), HasSubstr("unit")));
-  values[kFrontRight] = 1.0;
-  values[kRearTrack] = 0.7;
-  EXPECT_THAT(implausibleGain(values, observed), HasSubstr("vehicle/track"));
-  observed[kRearTrack] = false;
-  EXPECT_EQ(implausibleGain(values, observed), "") << "what was not observed is not believed";
+  observed[systematic::kRearRight] = observed[kRearTrack] = true;
+  EXPECT_EQ(implausibleGains(values, observed), "");
+  values[kFrontRight] = 2.0;
+  EXPECT_EQ(implausibleGains(values, observed), "") << "what was not observed is not believed";
+  values[kRearTrack] = 0.79;
+  EXPECT_THAT(implausibleGains(values, observed), HasSubstr("rear/k_b = 0.79: outside"));
+  EXPECT_THAT(implausibleGains(values, observed), HasSubstr("vehicle/track"));
+  values[kRearTrack] = 1.0;
+  values[systematic::kRearRight] = 0.5;
+  EXPECT_THAT(implausibleGains(values, observed), HasSubstr("radius"));
+  EXPECT_THAT(implausibleGains(values, observed), HasSubstr("ticks per turn"));
+  EXPECT_THAT(implausibleGains(values, observed), Not(HasSubstr("k_b")));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // P1's calibration (docs/calibration.md, 1): k_d on a straight run, then k_r and k_b with k_d as it is known.
 #include "bs_car_odometry/calibration/paper_filter.hpp"
 
+#include "calibration_drive.hpp"
 #include "simulated_drive.hpp"
 #include "support/matchers.hpp"
 #include "support/seeded_generator.hpp"
@@ -559,6 +560,42 @@ TEST(PaperFilter, C2_covarianceStaysOne) {
     ASSERT_TRUE(rearGains(estimate).allFinite());
     ASSERT_GE(rearCovariance(estimate).diagonal().minCoeff(), 0.0) << i;
   }
+}
+
+// --- With the calibrator
+// --------------------------------------------------------------------------------------------------
+
+/// Two bags: a straight run, which tells of k_d alone, and the drive of figure 4.
+TEST(PaperFilter, C5_aStraightRunTellsOfTheDistanceGainAlone) {
+  const Parameters p = cycab(0.05);
+  const auto give = [&p](const char* scenario, std::uint64_t seed, Calibrator& calibrator) {
+    laboratory::DriveSettings settings;
+    settings.scenario = scenario;
+    settings.rate = 50.0;
+    settings.noise = p.noise;
+    settings.seed = seed;
+    Vehicle car = p.vehicle;
+    car.gains.rear = {1.02, 0.99, 1.03};
+    const std::vector<laboratory::Sample> samples = laboratory::record(car, settings);
+    LaserSettings laser;
+    laser.seed = seed;
+    calibrate(calibrator, p, samples, laserPoses(samples, p, laser));
+  };
+  Calibrator calibrator(p);
+  calibrator.setStraightRun(true);
+  give("straight", 1, calibrator);
+  EXPECT_EQ(calibrator.estimate().stage, 1);
+  EXPECT_LT(std::sqrt(calibrator.estimate().k_d_variance.rear), 0.001);
+  EXPECT_EQ(rearGains(calibrator.estimate()), Eigen::Vector3d::Ones());
+  EXPECT_FALSE(calibrator.observed()[kRearRight] || calibrator.observed()[kRearTrack]);
+  calibrator.newDrive();
+  calibrator.setStraightRun(false);
+  give("fig4", 2, calibrator);
+  EXPECT_EQ(calibrator.estimate().stage, 2);
+  EXPECT_TRUE(calibrator.allGainsObserved());
+  const Eigen::Vector3d error = rearGains(calibrator.estimate()) - Eigen::Vector3d(1.02, 0.99, 1.03);
+  const Eigen::Vector3d deviation = rearCovariance(calibrator.estimate()).diagonal().cwiseSqrt();
+  for (Eigen::Index i = 0; i < 3; ++i) EXPECT_LT(std::abs(error[i]), 4.0 * deviation[i]) << i;
 }
 
 }  // namespace

@@ -111,7 +111,7 @@ TEST(NoAllocation, FullSteeringBuffer) {
 /// From its first step on, beyond its fill, and when it is asked.
 TEST(NoAllocation, MotionHistory) {
   constexpr int kMost = 64;
-  MotionHistory history(durationFromSeconds(60.0), systematicCovariance({}), kMost);
+  MotionHistory history(durationFromSeconds(60.0), systematicCovariance(SystematicNoise()), kMost);
   const auto at = [](int i) { return Time(std::chrono::milliseconds(10 * i)); };
   BodyIncrement increment;
   increment.motion = {0.02, 0.0, 0.01};

@@ -82,6 +82,11 @@ std::optional<int> ChildProcess::waitForExit(double seconds) {
   return WEXITSTATUS(status_);
 }
 
+void ChildProcess::kill() {
+  ::kill(process_, SIGKILL);
+  ended_ = ::waitpid(process_, &status_, 0) == process_;
+}
+
 void ChildProcess::interrupt() { ::kill(process_, SIGINT); }
 
 }  // namespace bs_car_odometry::testing

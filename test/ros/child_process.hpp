@@ -26,6 +26,9 @@ class ChildProcess {
   /// As Ctrl-C does.
   void interrupt();
 
+  /// As kill -9 does; the process has ended afterwards.
+  void kill();
+
   const std::string& output() const { return output_; }
 
  private:

@@ -5,6 +5,7 @@
 #include "bs_car_odometry/OdometryStatus.h"
 #include "bs_car_odometry/SteeringAngle.h"
 #include "bs_car_odometry/WheelTicks.h"
+#include "bs_car_odometry/calibration/result_file.hpp"
 #include "temporary_folder.hpp"
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
@@ -14,6 +15,7 @@
 #include <rosbag/view.h>
 
 #include <sys/resource.h>
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
@@ -68,6 +70,92 @@ TEST(Replay, writesTheOdometryOfTheDrive) {
   writeDrive(folder.file("in.bag"), 21);
   replay(cycab(), TopicNames(), {folder.file("in.bag"), folder.file("out.bag"), folder.file("path.tum")});
   EXPECT_NEAR(lastOdometry(folder.file("out.bag")).pose.pose.position.x, 1.0, 1e-9);
+}
+
+const char* const kCycabFile =
+    "vehicle: {name: cycab, wheelbase: 1.2, track: 1.2}\n"
+    "encoders: {metres_per_tick: {front_left: 1.0e-4, front_right: 1.0e-4, rear_left: 1.0e-4, rear_right: "
+    "1.0e-4}}\n";
+
+/// Gains and steering that no short text says.
+calibration::CalibrationResult found() {
+  calibration::CalibrationResult result;
+  for (std::size_t i = 0; i < systematic::kCount; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    result.listed[i] = calibration::isGain(i) || i == systematic::kFrontOffset;
+    if (!result.listed[i]) continue;
+    result.values[k] = calibration::isGain(i) ? 1.0 + 1.0 / (30.0 + static_cast<double>(i)) : 1.0 / 70.0;
+    result.covariance(k, k) = 1e-6;
+  }
+  return result;
+}
+
+/// The same values as settings of a vehicle file.
+std::vector<std::string> settingsOf(const calibration::CalibrationResult& result) {
+  std::vector<std::string> settings;
+  for (std::size_t i = 0; i < systematic::kCount; ++i) {
+    if (!result.listed[i]) continue;
+    char value[40];
+    std::snprintf(value, sizeof value, "=%.17g", result.values[static_cast<Eigen::Index>(i)]);
+    const std::string name = calibration::parameterName(i);
+    settings.push_back(calibration::isGain(i) ? "gains/" + name + value
+                                              : std::string("steering/front/offset") + value);
+  }
+  return settings;
+}
+
+/// A turn, so that every gain has an effect.
+TEST(Replay, aCalibrationIsWorthItsGainsInTheVehicleFileBitForBit) {
+  const TemporaryFolder folder;
+  {
+    rosbag::Bag bag(folder.file("in.bag"), rosbag::bagmode::Write);
+    for (int i = 0; i < 200; ++i) {
+      const ros::Time stamp(1000.0 + 0.05 * i);
+      SteeringAngle steering;
+      steering.header.stamp = stamp;
+      steering.angle = 0.1;
+      bag.write("/front_steering", stamp, steering);
+      WheelTicks wheels;
+      wheels.header.stamp = stamp;
+      wheels.front_left = wheels.rear_left = 480 * i;
+      wheels.front_right = wheels.rear_right = 520 * i;
+      bag.write("/wheel_ticks", stamp, wheels);
+    }
+  }
+  const std::string config = folder.write("cycab.yaml", kCycabFile);
+  const std::string file = folder.file("found.yaml");
+  const Parameters calibrated = loadCalibratedVehicle({config}, settingsOf(found()));
+  calibration::writeCalibrationFile(file, found(), calibrated);
+  const auto path = [&](const Parameters& parameters) {
+    replay(parameters, TopicNames(), {folder.file("in.bag"), folder.file("out.bag"), ""});
+    const rosbag::Bag bag(folder.file("out.bag"));
+    std::vector<std::array<double, 4>> poses;
+    for (const rosbag::MessageInstance& message : rosbag::View(bag, rosbag::TopicQuery("odom"))) {
+      const geometry_msgs::Pose pose = message.instantiate<nav_msgs::Odometry>()->pose.pose;
+      poses.push_back({pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w});
+    }
+    return poses;
+  };
+  const auto expected = path(calibrated);
+  const auto nominal = path(loadCalibratedVehicle({config}, {}));
+  EXPECT_EQ(path(loadCalibratedVehicle({config}, {"calibration_file=" + file})), expected);
+  EXPECT_NE(nominal, expected);
+}
+
+TEST(Replay, C12_ofACalibrationThatIsNotWholeThereIsNone) {
+  const TemporaryFolder folder;
+  const std::string config = folder.write("cycab.yaml", kCycabFile);
+  const std::string text = calibration::toText(found(), loadCalibratedVehicle({config}, {}));
+  const auto error = [&](const std::vector<std::string>& settings) {
+    return errorOf([&] { loadCalibratedVehicle({config}, settings); });
+  };
+  const std::string cut = folder.write("cut.yaml", text.substr(0, 400));
+  EXPECT_THAT(error({"calibration_file=" + cut}),
+              HasSubstr("cut.yaml is not used: its last line is no checksum"));
+  const std::string whole = folder.write("whole.yaml", text);
+  EXPECT_EQ(error({"calibration_file=" + whole}), "");
+  EXPECT_THAT(error({"calibration_file=" + whole, "vehicle/wheelbase=1.3"}), HasSubstr("another car"));
+  EXPECT_THAT(error({"require_calibration=true"}), HasSubstr("names no file"));
 }
 
 TEST(Replay, obeysPosesThatWereSet) {

@@ -35,7 +35,9 @@ std::string missing(const Knowledge& knowledge);
 /// when all of them are observed.
 std::string whyNotAllObserved(const Knowledge& knowledge);
 
-/// Names a gain that is observed outside 0.8 to 1.2, with the likely cause; empty when there is none.
-std::string implausibleGain(const ParameterVector& values, const ParameterMask& observed);
+/// Names the gains outside 0.8 to 1.2 and what to check: wheel radius or ticks per turn where a wheel's gain
+/// is out, the track where only k_b is, units. Empty when all are inside.
+/// @param observed  those to look at
+std::string implausibleGains(const ParameterVector& values, const ParameterMask& observed);
 
 }  // namespace bs_car_odometry::calibration

@@ -47,7 +47,8 @@ CalibrationResult readCalibrationFile(const std::string& path, const Parameters&
 /// Why a value cannot be used; empty when it can. The ranges are those of the parameters' own.
 std::string faultOf(std::size_t parameter, double value);
 
-/// Finite, symmetric and positive semidefinite but for rounding. Zero rows are parameters that are not there.
+/// Finite, of a size that makes sense, symmetric and positive semidefinite but for rounding. Zero rows are
+/// parameters that are not there.
 bool isCovariance(const ParameterMatrix& matrix);
 
 /// Puts the listed values in the place of those that a vehicle file gives, and their covariance in the place

@@ -17,6 +17,8 @@
 
 namespace bs_car_odometry {
 
+constexpr double kFarthestJoint = 1e9;  ///< [rad]; beyond, a wheel joint's counter would leave its 64 bits
+
 /// What became of a joint state: of its steering joints, and of its wheels where it holds them.
 struct JointVerdicts {
   Verdict steering{Verdict::kAccepted};
