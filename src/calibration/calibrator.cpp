@@ -74,6 +74,7 @@ void Calibrator::forgetPose() {
   begun_ = false;
   fixes_.clear();
   since_fix_.clear();
+  rehearsal_.reset();
   before_jump_.reset();
   candidate_.reset();
 }
@@ -171,6 +172,7 @@ void Calibrator::move(const MeasuredStep& step) {
   now_ = step.span.end;
   if (begun_) {
     filter_->move(step);
+    if (rehearsal_) rehearsal_->add(step);
     if (before_jump_) before_jump_->move(step);
     if (candidate_) candidate_->move(step);
     return;
@@ -225,6 +227,8 @@ void Calibrator::begin(std::size_t chosen, const std::vector<Pose2>& motions) {
   for (const MeasuredStep& step : fixes.front().steps) filter_->move(step);
   now_ = effectiveTime(first);
   filter_->begin(first);
+  // The moments of the poses move with the time offset, and would not be those of the steps any more.
+  if (!estimated_[kTimeOffset]) rehearsal_.emplace(*filter_);
   begun_ = ever_begun_ = true;
   if (!span_) span_ = TimeSpan{first.stamp, first.stamp};
   for (std::size_t i = 0; i < fixes.size(); ++i) {
@@ -238,6 +242,7 @@ void Calibrator::update(const LaserPose& laser) {
   const double lead = std::min(0.0, toSeconds(effectiveTime(laser) - *now_));
   std::unique_ptr<Filter> before = before_jump_ ? nullptr : filter_->clone();
   innovation_ = filter_->update(laser, lead);
+  if (rehearsal_) rehearsal_->add(laser, lead);
   ++counts_.used;
   if (innovation_.nis > kRejectLimit) {
     ++counts_.rejected;
@@ -245,6 +250,7 @@ void Calibrator::update(const LaserPose& laser) {
   } else {
     before_jump_.reset();
     candidate_.reset();
+    rehearse();
   }
   if (span_) span_->end = laser.stamp;
   report(laser);
@@ -264,8 +270,17 @@ void Calibrator::watchForJump(const LaserPose& laser, double lead, std::unique_p
 
 void Calibrator::adoptCandidate() {
   filter_ = std::move(candidate_);
+  rehearsal_.reset();
   before_jump_.reset();
   ++counts_.relocalisations;
+}
+
+void Calibrator::rehearse() {
+  if (!rehearsal_) return;
+  if (rehearsal_->isDue())
+    if (std::unique_ptr<Filter> again = rehearsal_->repeat(filter_->estimate().values))
+      filter_ = std::move(again);
+  if (rehearsal_->isOver()) rehearsal_.reset();
 }
 
 void Calibrator::report(const LaserPose& laser) {

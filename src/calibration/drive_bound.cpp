@@ -73,7 +73,7 @@ void DriveBound::predict() {
 void DriveBound::update(const Eigen::Matrix3d& R) {
   const BodyMotion twist = segment_.twist;
   predict();
-  segment_ = MotionSegment();
+  segment_ = segment_.next();
   segment_.twist = twist;  // for a laser pose without a step since the one before
   const Eigen::Matrix3d turned = rotation(pose_.yaw);
   const Eigen::Vector2d lever = turned.topLeftCorner<2, 2>() * Eigen::Vector2d(mount_.x, mount_.y);

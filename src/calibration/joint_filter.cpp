@@ -76,12 +76,6 @@ JointFilter::MeasurementJacobian JointFilter::measurementJacobian(const State& s
   return H;
 }
 
-void JointFilter::beginSegment() {
-  const BodyMotion twist = segment_.twist;
-  segment_ = MotionSegment();
-  segment_.twist = twist;
-}
-
 /// The pose of base_link that the laser's pose means, with the covariance of both: whatever is not known of
 /// the mount and the delay is not known of the pose, and remains tied to it.
 void JointFilter::begin(const LaserPose& laser) {
@@ -94,27 +88,44 @@ void JointFilter::begin(const LaserPose& laser) {
   P.topLeftCorner<3, 3>() = J_laser * laser.covariance * J_laser.transpose() + cross * J.transpose();
   P.topRightCorner(3, n) = cross;
   P.bottomLeftCorner(n, 3) = cross.transpose();
-  beginSegment();
+  state_.track_noise = TrackNoise();
+  segment_ = segment_.next();
+}
+
+Eigen::Matrix<double, kMotionCount, 1> JointFilter::offModel() const {
+  return state_.values.head<kMotionCount>() - model_.values().head<kMotionCount>();
+}
+
+Pose2 JointFilter::motion() const {
+  if (!elsewhere_) return segment_.motion;
+  const Eigen::Vector3d motion = segment_.motion.vector() + segment_.J * offModel();
+  return {motion.x(), motion.y(), motion.z()};
 }
 
 JointFilter::State JointFilter::predicted() const {
   const Eigen::Matrix3d R = rotation(state_.pose.yaw);
   const auto n = static_cast<Eigen::Index>(active_.size());
   StateMatrix A = StateMatrix::Identity(3 + n, 3 + n);
-  const Eigen::Vector3d displacement = R * segment_.motion.vector();
+  const Pose2 motion = this->motion();
+  const Eigen::Vector3d displacement = R * motion.vector();
   A(0, 2) = -displacement.y();
   A(1, 2) = displacement.x();
   Eigen::Matrix<double, 3, kCount> J = Eigen::Matrix<double, 3, kCount>::Zero();
   J.leftCols<kMotionCount>() = R * segment_.J;
   A.topRightCorner(3, n) = columns(J);
   State state;
-  state.pose = state_.pose * segment_.motion;
+  state.pose = state_.pose * motion;
   state.values = state_.values;
   state.P = A * state_.P * A.transpose();
   state.P.topLeftCorner<3, 3>() += R * segment_.covariance() * R.transpose();
   for (Eigen::Index k = 0; k < n; ++k)
     state.P(3 + k, 3 + k) +=
         random_walk_[static_cast<Eigen::Index>(active_[static_cast<std::size_t>(k)])] * segment_.distance;
+  state.track_noise = state_.track_noise;
+  state.track_noise.transform(A.topLeftCorner<3, 3>());
+  TrackNoise of_segment = segment_.track_noise;
+  of_segment.transform(R);
+  state.track_noise += of_segment;
   takeEvidence(state);
   return state;
 }
@@ -126,10 +137,12 @@ void JointFilter::takeEvidence(State& state) const {
   const auto n = static_cast<Eigen::Index>(active_.size());
   StateMatrix information = StateMatrix::Zero(n, n);
   StateVector gradient = StateVector::Zero(3 + n);
+  const Eigen::Matrix<double, kMotionCount, 1> about_estimate =
+      segment_.evidence.gradient - segment_.evidence.information * offModel();
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto row = static_cast<Eigen::Index>(active_[static_cast<std::size_t>(i)]);
     if (row >= static_cast<Eigen::Index>(kMotionCount)) continue;
-    gradient[3 + i] = segment_.evidence.gradient[row];
+    gradient[3 + i] = about_estimate[row];
     for (Eigen::Index j = 0; j < n; ++j) {
       const auto column = static_cast<Eigen::Index>(active_[static_cast<std::size_t>(j)]);
       if (column < static_cast<Eigen::Index>(kMotionCount))
@@ -189,6 +202,26 @@ JointFilter::StateVector JointFilter::velocityBias(const MeasurementJacobian& H,
   return S.llt().solve(q).trace() * P.col(3 + (found - active_.begin()));
 }
 
+/// (C14) What the noise in the tracks' columns seems to say of the tracks is known on average: it is taken
+/// out of the estimate, and what it seems to inform out of P.
+/// @param M  H^T S^-1 H of the pose
+void JointFilter::removeTrackNoise(const Eigen::Matrix3d& M, State& state) const {
+  const TrackNoise& noise = state.track_noise;
+  const StateMatrix P = state.P;
+  PerAxle<Eigen::Index> row{-1, -1};
+  for (std::size_t k = 0; k < active_.size(); ++k)
+    for (const Axle axle : kAllAxles)
+      if (active_[k] == TrackNoise::kTracks[index(axle)]) row[axle] = static_cast<Eigen::Index>(3 + k);
+  for (const Axle axle : kAllAxles) {
+    if (row[axle] < 0) continue;
+    shift((M * noise.with_motion[axle]).trace() * P.col(row[axle]), state);
+    state.P += (M * noise.own[axle]).trace() * P.col(row[axle]) * P.row(row[axle]);
+  }
+  if (row.front < 0 || row.rear < 0) return;
+  const StateMatrix product = P.col(row.front) * P.row(row.rear);
+  state.P += (M * noise.shared).trace() * (product + product.transpose());
+}
+
 /// @return false when the result was not finite: then nothing has changed
 bool JointFilter::correct(const State& state, const MeasurementJacobian& H,
                           const Eigen::Matrix3d& laser_covariance, const Innovation& innovation) {
@@ -205,10 +238,20 @@ bool JointFilter::correct(const State& state, const MeasurementJacobian& H,
   for (Eigen::Index i = 0; i < 3; ++i)
     P(i, i) = std::max(P(i, i), kPoseFloor * kPoseFloor * laser_covariance(i, i));
   const StateVector bias = velocityBias(H, S, P);
-  state_ = {state.pose, state.values, P};
+  state_ = {state.pose, state.values, P, state.track_noise};
   shift(change - bias, state_);
-  model_.setValues(state_.values);
-  beginSegment();
+  const Eigen::Matrix3d H_pose = H.leftCols<3>();
+  removeTrackNoise(H_pose.transpose() * S.llt().solve(H_pose), state_);
+  state_.track_noise.transform(I_KH.topLeftCorner<3, 3>());
+  if (!elsewhere_) model_.setValues(state_.values);
+  segment_ = segment_.next();
+  return true;
+}
+
+bool JointFilter::lineariseAt(const std::optional<ParameterVector>& values) {
+  elsewhere_ = values.has_value();
+  model_.setValues(values.value_or(state_.values));
+  segment_ = segment_.next();
   return true;
 }
 

@@ -109,5 +109,30 @@ INSTANTIATE_TEST_SUITE_P(
       return tested.param.scenario + std::to_string(static_cast<int>(tested.param.axles));
     });
 
+/// Row C5: a straight line does not show k_b, even while unequal wheels seem to turn: its deviation stays
+/// within 1 % of the prior, and so does the gain.
+TEST(StraightLine, C5_leavesTheTrackAtItsPrior) {
+  for (const AxleSelection axles : {AxleSelection::kRear, AxleSelection::kBoth}) {
+    Parameters parameters = testParameters();
+    parameters.odometry.axles = axles;
+    Vehicle car = parameters.vehicle;
+    car.gains = {{1.02, 0.99, 1.03}, {1.02, 0.99, 1.03}};
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      const std::vector<Sample> drive = driven(car, parameters, "straight", seed, 30.0);
+      LaserSettings laser;
+      laser.seed = seed;
+      Calibrator calibrator(parameters);
+      calibrate(calibrator, parameters, drive, laserPoses(drive, parameters, laser));
+      const FilterEstimate estimate = calibrator.estimate();
+      constexpr Eigen::Index k_b = systematic::kRearTrack;
+      const double prior = parameters.calibration.prior.k_b;
+      EXPECT_GT(std::sqrt(estimate.covariance(k_b, k_b)), 0.99 * prior) << "seed " << seed;
+      EXPECT_NEAR(estimate.values[k_b], 1.0, 0.2 * prior) << "seed " << seed;
+      EXPECT_FALSE(calibrator.observed()[k_b]);
+      EXPECT_TRUE(calibrator.observed()[systematic::kRearRight]);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace bs_car_odometry::calibration

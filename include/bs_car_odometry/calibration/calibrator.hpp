@@ -2,6 +2,7 @@
 
 #include "bs_car_odometry/calibration/excitation.hpp"
 #include "bs_car_odometry/calibration/filter.hpp"
+#include "bs_car_odometry/calibration/rehearsal.hpp"
 
 #include <cstdint>
 #include <deque>
@@ -132,6 +133,7 @@ class Calibrator {
   void update(const LaserPose& laser);
   void watchForJump(const LaserPose& laser, double lead, std::unique_ptr<Filter> before);
   void adoptCandidate();
+  void rehearse();
   void report(const LaserPose& laser);
   Time effectiveTime(const LaserPose& laser) const;
 
@@ -139,6 +141,7 @@ class Calibrator {
   ParameterMask estimated_;
   ParameterVector prior_;
   std::unique_ptr<Filter> filter_;
+  std::optional<Rehearsal> rehearsal_;   ///< while the drive is young
   std::unique_ptr<Filter> before_jump_;  ///< while poses are rejected: without them,
   std::unique_ptr<Filter> candidate_;    ///< and begun anew at the first of those that agree
   int agreeing_{0};                      ///< poses that the candidate has taken

@@ -5,6 +5,7 @@
 #include "bs_car_odometry/core/se2.hpp"
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace bs_car_odometry::calibration {
@@ -63,6 +64,11 @@ class Filter {
   virtual bool restore(const ParameterVector& /*values*/, const ParameterMatrix& /*covariance*/) {
     return false;
   }
+
+  /// Works out every derivative at these values from now on, or again at the present ones; right after an
+  /// update or the beginning.
+  /// @return false when it cannot
+  virtual bool lineariseAt(const std::optional<ParameterVector>& /*values*/) { return false; }
 
   /// `calibration/method: paper`, stage 1 lasts from now on until told that it is over, whatever the angle;
   /// or is over. Nothing to other methods.

@@ -20,8 +20,9 @@ class JointFilter final : public Filter {
   void move(const MeasuredStep& step) override { model_.extend(step, segment_); }
   Innovation update(const LaserPose& laser, double lead) override;
   FilterEstimate estimate() const override;
-  double timeOffset() const override { return model_.values()[kTimeOffset]; }
+  double timeOffset() const override { return state_.values[kTimeOffset]; }
   bool restore(const ParameterVector& values, const ParameterMatrix& covariance) override;
+  bool lineariseAt(const std::optional<ParameterVector>& values) override;
   std::unique_ptr<Filter> clone() const override { return std::make_unique<JointFilter>(*this); }
 
  private:
@@ -34,14 +35,17 @@ class JointFilter final : public Filter {
   struct State {
     Pose2 pose;
     ParameterVector values;
-    StateMatrix P;  ///< of (x, y, yaw) and the parameters in active_
+    StateMatrix P;           ///< of (x, y, yaw) and the parameters in active_
+    TrackNoise track_noise;  ///< in P: of the pose's sensitivity to the tracks
   };
 
   /// The state at the end of the segment.
   State predicted() const;
+  /// How far the estimate is from the values of the model.
+  Eigen::Matrix<double, kMotionCount, 1> offModel() const;
+  Pose2 motion() const;
   void takeEvidence(State& state) const;
   void shift(const StateVector& change, State& state) const;
-  void beginSegment();
   /// Columns of a matrix over all parameters that belong to the estimated ones.
   MeasurementJacobian columns(const Eigen::Matrix<double, 3, kCount>& J) const;
   MeasurementJacobian measurementJacobian(const State& state) const;
@@ -50,6 +54,7 @@ class JointFilter final : public Filter {
   Eigen::Vector3d laserVelocity(const State& state) const;
   StateVector velocityBias(const MeasurementJacobian& H, const Eigen::Matrix3d& S,
                            const StateMatrix& P) const;
+  void removeTrackNoise(const Eigen::Matrix3d& M, State& state) const;
   bool correct(const State& state, const MeasurementJacobian& H, const Eigen::Matrix3d& laser_covariance,
                const Innovation& innovation);
 
@@ -58,6 +63,7 @@ class JointFilter final : public Filter {
   MotionModel model_;
   State state_;            ///< where the segment begins
   MotionSegment segment_;  ///< motion since
+  bool elsewhere_{false};  ///< the model does not follow the estimate, see lineariseAt()
 };
 
 }  // namespace bs_car_odometry::calibration

@@ -1,6 +1,8 @@
 #pragma once
 
 #include "bs_car_odometry/calibration/calibrated_parameters.hpp"
+#include "bs_car_odometry/calibration/evidence.hpp"
+#include "bs_car_odometry/calibration/track_noise.hpp"
 #include "bs_car_odometry/core/odometry_model.hpp"
 #include "bs_car_odometry/core/odometry_pipeline.hpp"
 
@@ -11,15 +13,6 @@ namespace bs_car_odometry::calibration {
 /// d(motion)/d(parameters that move the car).
 using MotionSensitivity = Eigen::Matrix<double, 3, kMotionCount>;
 
-/// What the wheels of a car and its angles say of the parameters among each other, with no laser: an error dA
-/// has the likelihood exp(-dA^T information dA / 2 + gradient^T dA) about the values of the model. All zero
-/// with the odometry of one axle, where nothing is left over.
-struct Evidence {
-  Eigen::Matrix<double, kMotionCount, kMotionCount> information =
-      Eigen::Matrix<double, kMotionCount, kMotionCount>::Zero();
-  Eigen::Matrix<double, kMotionCount, 1> gradient = Eigen::Matrix<double, kMotionCount, 1>::Zero();
-};
-
 /// Motion of base_link over some steps, seen from where they begin, with everything that a filter or a fit
 /// needs of them (docs/calibration.md, 2).
 struct MotionSegment {
@@ -28,9 +21,20 @@ struct MotionSegment {
   MotionSensitivity J{MotionSensitivity::Zero()};  ///< d motion / d parameters
   Eigen::Matrix<double, 3, 2> doubt{Eigen::Matrix<double, 3, 2>::Zero()};  ///< see SteeringDoubt
   BodyMotion twist{BodyMotion::Zero()};  ///< of the last step [m/s, m/s, rad/s]
-  Evidence evidence;                     ///< of the same readings
-  double distance{0.0};                  ///< [m], path length
-  double duration{0.0};                  ///< [s]
+  TrackNoise track_noise;
+  Evidence evidence;     ///< of the same readings
+  double distance{0.0};  ///< [m], path length
+  double duration{0.0};  ///< [s]
+
+  PendingReadings pending;  ///< not in the evidence yet
+
+  /// The segment that begins where this one ends: the velocity goes on, and so do the pending readings.
+  MotionSegment next() const {
+    MotionSegment next;
+    next.twist = twist;
+    next.pending = pending;
+    return next;
+  }
 
   /// Covariance of motion: that of the readings, and of angles that could not be trusted.
   Eigen::Matrix3d covariance() const { return noise + doubt * doubt.transpose(); }
@@ -54,6 +58,7 @@ class MotionModel {
   void extend(const MeasuredStep& step, MotionSegment& segment) const;
 
  private:
+  void compare(const MeasuredStep& step, MotionSegment& segment) const;
   void addEvidence(const StepReadings& readings, Evidence& evidence) const;
   MotionSensitivity sensitivity(const SystematicSensitivity& J, const StepReadings& readings) const;
 
@@ -61,6 +66,7 @@ class MotionModel {
   Vehicle configured_;                   ///< with those that the readings were taken with
   ParameterVector values_;
   OdometryModel model_;
+  double comparison_length_;  ///< [m], of the readings that are compared with each other at once
 };
 
 /// The parts of a step before and after `time`, which lies inside it, at constant speed and steering rate.

@@ -109,9 +109,7 @@ class ChainBuilder {
   void beginSegment() {
     chain_.evidence.information += segment_.evidence.information;
     chain_.evidence.gradient += segment_.evidence.gradient;
-    const BodyMotion twist = segment_.twist;
-    segment_ = MotionSegment();
-    segment_.twist = twist;
+    segment_ = segment_.next();
     wheels_.setZero();
   }
 
