@@ -86,6 +86,23 @@ void DriveBound::update(const Eigen::Matrix3d& R) {
   bound_.update(H_pose, selected(H), R);
 }
 
+void DriveBound::newDrive() {
+  const auto n = static_cast<Eigen::Index>(estimated_.size());
+  bound_.predict(Eigen::Matrix3d::Identity(), CramerRaoBound::PoseSensitivity::Zero(3, n),
+                 kDiffuse * kDiffuse * Eigen::Matrix3d::Identity());
+  segment_ = MotionSegment();
+}
+
+ParameterMatrix DriveBound::covariance() const {
+  const Eigen::MatrixXd found = bound_.covariance();
+  ParameterMatrix covariance = ParameterMatrix::Zero();
+  for (std::size_t i = 0; i < estimated_.size(); ++i)
+    for (std::size_t j = 0; j < estimated_.size(); ++j)
+      covariance(static_cast<Eigen::Index>(estimated_[i]), static_cast<Eigen::Index>(estimated_[j])) =
+          found(static_cast<Eigen::Index>(3 + i), static_cast<Eigen::Index>(3 + j));
+  return covariance;
+}
+
 ParameterVector DriveBound::deviations() const {
   const Eigen::VectorXd found = bound_.deviations();
   ParameterVector deviations = ParameterVector::Zero();

@@ -1,5 +1,6 @@
 #include "calibration_bags.hpp"
 
+#include "calibrate.hpp"
 #include "input_topics.hpp"
 
 #include "bs_car_odometry/ros/calibration_adapter.hpp"
@@ -7,6 +8,7 @@
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -24,6 +26,7 @@ class BagFilter {
       : options_(options),
         listener_(listener),
         adapter_(options.parameters),
+        inputs_(options.parameters, options.topics),
         topics_(options.parameters, options.topics),
         feed_(options.topics) {
     topics_.require("laser_pose", "geometry_msgs/PoseWithCovarianceStamped");
@@ -36,6 +39,7 @@ class BagFilter {
     Progress progress("calibrate_bag", static_cast<double>(messages()));
     for (std::size_t i = 0; i < bags_.size(); ++i) {
       if (i > 0) adapter_.newDrive();
+      prepareStage(i);
       read(i, progress);
     }
     progress.hide();
@@ -47,16 +51,46 @@ class BagFilter {
   void open() {
     for (const std::string& path : options_.bags) {
       bags_.push_back(openBag(path));
-      requireTopics(*bags_.back(), path, topics_.required());
-      result_.bags.push_back({path, {}, {}, 0.0});
+      requireTopics(*bags_.back(), path, topicsOf(bags_.size() - 1).required());
+      result_.bags.emplace_back();
+      result_.bags.back().path = path;
     }
   }
 
+  /// A run that was measured by tape.
+  bool isTaped(std::size_t bag) const { return bag == 0 && options_.distance.has_value(); }
+  const InputTopics& topicsOf(std::size_t bag) const { return isTaped(bag) ? inputs_ : topics_; }
+
   std::size_t messages() const {
     std::size_t messages = 0;
-    for (const auto& bag : bags_)
-      messages += rosbag::View(*bag, rosbag::TopicQuery(topics_.spellings())).size();
+    for (std::size_t i = 0; i < bags_.size(); ++i)
+      messages += rosbag::View(*bags_[i], rosbag::TopicQuery(topicsOf(i).spellings())).size();
     return messages;
+  }
+
+  /// Of the paper's method.
+  void prepareStage(std::size_t bag) {
+    if (options_.distance && bag == 1)
+      adapter_.takeTapedRun(taped_run_, *options_.distance);
+    else if (!options_.distance && bags_.size() > 1)
+      adapter_.setStraightRun(bag == 0);
+  }
+
+  /// @throws NoResultError when nothing follows it
+  void keepTapedRun() {
+    for (std::size_t i = 0; i < bag_->drive.steps(); ++i) taped_run_.push_back(bag_->drive.step(i));
+    if (bags_.size() > 1) return;
+    adapter_.takeTapedRun(taped_run_, *options_.distance);
+    const FilterEstimate estimate = adapter_.calibrator().estimate();
+    const Axle axle =
+        options_.parameters.odometry.axles == AxleSelection::kFront ? Axle::kFront : Axle::kRear;
+    std::ostringstream text;
+    text << "k_d of the " << name(axle) << " axle is " << estimate.k_d[axle] << ", standard deviation "
+         << std::sqrt(estimate.k_d_variance[axle])
+         << ": more than the mean of k_r and k_l a straight run by tape does not show; give bags with "
+            "laser_pose "
+            "after it; nothing was written";
+    throw NoResultError(kNotObservedStatus, text.str());
   }
 
   /// A mount holds for all bags: recorders that split a drive keep /tf_static in the first part alone.
@@ -78,7 +112,7 @@ class BagFilter {
     const LaserCounts before = adapter_.calibrator().counts();
     const double distance = adapter_.calibrator().excitation().distance;
     odometry_seen_ = false;
-    rosbag::View view(*bags_[bag], rosbag::TopicQuery(topics_.spellings()));
+    rosbag::View view(*bags_[bag], rosbag::TopicQuery(topicsOf(bag).spellings()));
     readMessages(options_.bags[bag], [&] {
       for (const rosbag::MessageInstance& message : view) {
         advance(message.getTime());
@@ -91,6 +125,7 @@ class BagFilter {
     bag_->distance = adapter_.calibrator().excitation().distance - distance;
     if (!odometry_seen_)
       throw InputError(bag_->path + " gave no odometry" + reasons(adapter_.pipeline().counts()));
+    if (isTaped(bag)) return keepTapedRun();
     if (adapter_.calibrator().counts().used == before.used) throw InputError(noFirstFix());
   }
 
@@ -113,6 +148,7 @@ class BagFilter {
     recorder_.add(update, adapter_.calibrator().counts());
     const bool good = update.innovation.nis <= kRejectLimit;
     bag_->good.push_back(good);
+    bag_->distances.push_back(update.distance);
     if (good) {
       sum_of_nis_ += update.innovation.nis;
       ++good_;
@@ -149,7 +185,6 @@ class BagFilter {
     result_.parameters = adapter_.parameters();
     result_.estimate = calibrator.estimate();
     result_.estimated = calibrator.estimated();
-    result_.observed = calibrator.observed();
     result_.prior = calibrator.prior();
     result_.counts = calibrator.counts();
     result_.excitation = calibrator.excitation();
@@ -161,10 +196,12 @@ class BagFilter {
   const CalibrateOptions& options_;
   const CalibrationListener& listener_;
   CalibrationAdapter adapter_;
-  InputTopics topics_;
+  InputTopics inputs_;  ///< of the odometry
+  InputTopics topics_;  ///< with the laser's poses
   InputFeed feed_;
   std::vector<std::unique_ptr<rosbag::Bag>> bags_;
   DriveRecorder recorder_;
+  std::vector<MeasuredStep> taped_run_;
   CalibratedBag* bag_{nullptr};  ///< the one that is read
   FilteredBags result_;
   bool odometry_seen_{false};  ///< in this bag

@@ -15,9 +15,11 @@ namespace bs_car_odometry::tools {
 /// A bag that has gone through the calibration.
 struct CalibratedBag {
   std::string path;
+  std::string name() const { return path.substr(path.rfind('/') + 1); }
   calibration::CalibrationDrive drive;
-  std::vector<bool> good;  ///< for each laser pose of the drive: not rejected
-  double distance{0.0};    ///< [m] since its first laser pose
+  std::vector<bool> good;         ///< for each laser pose of the drive: not rejected
+  std::vector<double> distances;  ///< [m] driven until then, bags before this one included
+  double distance{0.0};           ///< [m] since its first laser pose
 };
 
 /// What the filter has made of all bags together.
@@ -26,7 +28,6 @@ struct FilteredBags {
   std::vector<CalibratedBag> bags;
   calibration::FilterEstimate estimate;
   calibration::ParameterMask estimated{};
-  calibration::ParameterMask observed{};
   calibration::ParameterVector prior{calibration::ParameterVector::Zero()};
   calibration::LaserCounts counts;
   calibration::Excitation excitation;
@@ -38,7 +39,10 @@ using CalibrationListener = std::function<void(const calibration::CalibrationUpd
 
 /// Runs the filter over the bags, through the class that the node drives; the clock is the bags' record time.
 /// @param listener  told of every update of the filter; may be empty
-/// @throws InputError when a topic is missing or of another type, the laser's frame is not in tf, or a bag
+/// With `calibration/method: paper` the first of several bags is stage 1, or, where a tape has measured it, a
+/// run that needs no laser.
+/// @throws NoResultError after a run by tape alone; InputError when a topic is missing or of another type,
+/// the laser's frame is not in tf, or a bag
 ///         gave no odometry or no beginning; says what was dropped and why
 FilteredBags filterBags(const CalibrateOptions& options, const CalibrationListener& listener);
 

@@ -1,12 +1,50 @@
 #pragma once
 
 #include "bs_car_odometry/calibration/calibration_drive.hpp"
+#include "bs_car_odometry/calibration/leave_one_out.hpp"
+#include "bs_car_odometry/calibration/motion_model.hpp"
 #include "bs_car_odometry/parameters/parameters.hpp"
 
 #include <cstddef>
 #include <vector>
 
 namespace bs_car_odometry::tools {
+
+/// Goes through the steps of a drive, cut where laser poses are.
+class DriveWalk {
+ public:
+  explicit DriveWalk(const calibration::CalibrationDrive& drive) : drive_(drive) {}
+
+  /// Moves on to a time.
+  /// @param visit  called with each step, or part of one, on the way
+  /// @return false when motion on the way was not seen
+  template <typename Visit>
+  bool moveTo(Time time, const Visit& visit) {
+    if (begun_ && time <= now_) return true;
+    bool seen = true;
+    for (; next_ < drive_.steps(); ++next_) {
+      MeasuredStep step = drive_.step(next_);
+      if (begun_ && step.span.begin > now_ && step.span.begin <= time) seen = false;
+      if (step.span.begin >= time) break;
+      if (begun_ && now_ > step.span.begin) step = calibration::split(step, now_).second;
+      begun_ = true;
+      if (step.span.end > time) {
+        visit(calibration::split(step, time).first);
+        now_ = time;
+        return seen;
+      }
+      visit(step);
+      now_ = step.span.end;
+    }
+    return seen && begun_ && now_ == time;
+  }
+
+ private:
+  const calibration::CalibrationDrive& drive_;
+  std::size_t next_{0};  ///< the step that was not gone through to its end
+  bool begun_{false};    ///< a first step is behind
+  Time now_;
+};
 
 /// Where the car was at a laser pose, by the laser and by dead reckoning.
 struct ReckonedPose {
@@ -26,12 +64,6 @@ std::vector<ReckonedPose> deadReckon(const calibration::CalibrationDrive& drive,
                                      const std::vector<bool>& good);
 
 /// How far dead reckoning ends from the laser; the ends of parts add up.
-struct EndDrift {
-  double distance{0.0};  ///< [m]
-  double error{0.0};     ///< [m]
-  double percent() const { return distance > 0.0 ? 100.0 * error / distance : 0.0; }
-};
-
-EndDrift endDriftOf(const std::vector<ReckonedPose>& path);
+calibration::Drift driftOf(const std::vector<ReckonedPose>& path);
 
 }  // namespace bs_car_odometry::tools

@@ -129,23 +129,14 @@ void replay(const Parameters& parameters, const TopicNames& topics, const Replay
   rosbag::View view(*bag, query(inputs, topics, parameters.accept_calibration));
   Progress progress("replay", static_cast<double>(view.size()));
   double done = 0.0;
-<<<<<<< HEAD
-  for (const rosbag::MessageInstance& message : view) {
-    writeComplete(adapter, message.getTime(), output);
-    feed(message, input, adapter);
-    writeComplete(adapter, message.getTime(), output);
-    progress.update(++done);
-  }
-=======
   readMessages(files.input, [&] {
     for (const rosbag::MessageInstance& message : view) {
       writeComplete(adapter, message.getTime(), output);
-      input.feed(message);
+      feed(message, input, adapter);
       writeComplete(adapter, message.getTime(), output);
       progress.update(++done);
     }
   });
->>>>>>> f0d5d17 (wip all)
   // Nothing comes any more: what waits gives up at its deadline, as it would live.
   writeComplete(adapter, ros::TIME_MAX, output);
   if (output.updates() == 0)

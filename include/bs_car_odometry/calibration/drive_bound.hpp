@@ -23,6 +23,12 @@ class DriveBound {
   /// @param R  its covariance (x, y, yaw)
   void update(const Eigen::Matrix3d& R);
 
+  /// Another drive, or motion that was not seen: the pose is not known any more.
+  void newDrive();
+
+  /// Of the parameters; 0 for those not estimated.
+  ParameterMatrix covariance() const;
+
   /// Standard deviations of the parameters; 0 for those not estimated.
   ParameterVector deviations() const;
 

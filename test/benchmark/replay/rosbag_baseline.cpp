@@ -1,9 +1,10 @@
-// What rosbag alone takes: reading the odometry's inputs from a bag, or writing its outputs to one. The time
-// of that and nothing else is printed, in seconds of the wall clock and of the processor.
+// What rosbag alone takes: reading the inputs of odometry and calibration from a bag, or writing its outputs
+// to one. The time of that and nothing else is printed, in seconds of the wall clock and of the processor.
 #include "bs_car_odometry/OdometryStatus.h"
 #include "bs_car_odometry/SteeringAngle.h"
 #include "bs_car_odometry/WheelTicks.h"
 
+#include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
@@ -39,19 +40,22 @@ class Stopwatch {
   double processor_{0.0};
 };
 
-/// Opens the bag and makes every message of the odometry's input topics.
+/// Opens the bag and makes every message of the input topics.
 void readInputs(const std::string& path) {
   Stopwatch stopwatch;
   stopwatch.start();
   std::int64_t sum = 0;  // so that nothing is optimised away
   {
     rosbag::Bag bag(path, rosbag::bagmode::Read);
-    rosbag::View view(bag, rosbag::TopicQuery({"/wheel_ticks", "/front_steering", "/rear_steering"}));
+    rosbag::View view(
+        bag, rosbag::TopicQuery({"/wheel_ticks", "/front_steering", "/rear_steering", "/laser_pose"}));
     for (const rosbag::MessageInstance& message : view) {
       if (const auto ticks = message.instantiate<WheelTicks>())
         sum += ticks->rear_left;
       else if (const auto angle = message.instantiate<SteeringAngle>())
         sum += angle->header.stamp.nsec;
+      else if (const auto pose = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>())
+        sum += pose->header.stamp.nsec;
     }
   }
   stopwatch.stop();
