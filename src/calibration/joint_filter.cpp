@@ -204,8 +204,11 @@ JointFilter::StateVector JointFilter::velocityBias(const MeasurementJacobian& H,
 
 /// (C14) What the noise in the tracks' columns seems to say of the tracks is known on average: it is taken
 /// out of the estimate, and what it seems to inform out of P.
+/// Right where the pose alone takes up what the noise does: not beside a mount or a delay that is sought,
+/// too.
 /// @param M  H^T S^-1 H of the pose
 void JointFilter::removeTrackNoise(const Eigen::Matrix3d& M, State& state) const {
+  if (!std::all_of(active_.begin(), active_.end(), isGain)) return;
   const TrackNoise& noise = state.track_noise;
   const StateMatrix P = state.P;
   PerAxle<Eigen::Index> row{-1, -1};

@@ -19,7 +19,7 @@ constexpr double kTwistTime = 0.06;
 
 /// Correlation lengths of the steering's error over which readings are compared: its mean then varies by 8 %
 /// less than that of independent errors, and the angles hardly bend.
-constexpr double kComparison = 4.0;
+constexpr double kComparison = 2.0;
 
 double readingOf(double angle, const SteeringCalibration& steering) {
   return (angle - steering.offset) / steering.scale;

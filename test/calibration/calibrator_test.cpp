@@ -109,28 +109,36 @@ INSTANTIATE_TEST_SUITE_P(
       return tested.param.scenario + std::to_string(static_cast<int>(tested.param.axles));
     });
 
-/// Row C5: a straight line does not show k_b, even while unequal wheels seem to turn: its deviation stays
-/// within 1 % of the prior, and so does the gain.
+/// Row C5: a straight line does not show k_b, however much unequal wheels and their noise seem to turn: its
+/// deviation stays within 1 % of the prior on the mean of 40 drives and within 3 % on each. The estimate
+/// itself moves by what one drive's noise happens to look like, half a prior deviation, to neither side: the
+/// mean of 40 within 0.3.
 TEST(StraightLine, C5_leavesTheTrackAtItsPrior) {
+  constexpr int kDrives = 40;
+  constexpr Eigen::Index k_b = systematic::kRearTrack;
   for (const AxleSelection axles : {AxleSelection::kRear, AxleSelection::kBoth}) {
     Parameters parameters = testParameters();
     parameters.odometry.axles = axles;
+    const double prior = parameters.calibration.prior.k_b;
     Vehicle car = parameters.vehicle;
     car.gains = {{1.02, 0.99, 1.03}, {1.02, 0.99, 1.03}};
-    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    double deviation = 0.0;
+    double moved = 0.0;
+    for (std::uint64_t seed = 1; seed <= kDrives; ++seed) {
       const std::vector<Sample> drive = driven(car, parameters, "straight", seed, 30.0);
       LaserSettings laser;
       laser.seed = seed;
       Calibrator calibrator(parameters);
       calibrate(calibrator, parameters, drive, laserPoses(drive, parameters, laser));
       const FilterEstimate estimate = calibrator.estimate();
-      constexpr Eigen::Index k_b = systematic::kRearTrack;
-      const double prior = parameters.calibration.prior.k_b;
-      EXPECT_GT(std::sqrt(estimate.covariance(k_b, k_b)), 0.99 * prior) << "seed " << seed;
-      EXPECT_NEAR(estimate.values[k_b], 1.0, 0.2 * prior) << "seed " << seed;
+      EXPECT_GT(std::sqrt(estimate.covariance(k_b, k_b)), 0.97 * prior) << "seed " << seed;
       EXPECT_FALSE(calibrator.observed()[k_b]);
       EXPECT_TRUE(calibrator.observed()[systematic::kRearRight]);
+      deviation += std::sqrt(estimate.covariance(k_b, k_b)) / kDrives;
+      moved += (estimate.values[k_b] - 1.0) / kDrives;
     }
+    EXPECT_NEAR(deviation, prior, 0.01 * prior) << "axles " << static_cast<int>(axles);
+    EXPECT_NEAR(moved, 0.0, 0.3 * prior) << "axles " << static_cast<int>(axles);
   }
 }
 

@@ -146,18 +146,18 @@ TEST(Evidence, isForAllWheelsOnly) {
   EXPECT_TRUE(segment.evidence.information.isZero(0.0));
 }
 
-/// Gains 0.01 % off, exact readings of a bend and of a straight: the gradient is what an error of that size
-/// explains, information times error. The second order in it is 1e-4 of it.
+/// Gains 0.1 % off, exact readings of bends: the gradient is what an error of that size explains, information
+/// times error. Within the 0.2 m that are compared the angles bend, which looks like a track 4e-5 wider.
 TEST(Evidence, pointsFromWrongGainsToTheTruth) {
   const Parameters parameters = testParameters();
   ParameterVector error = ParameterVector::Zero();
-  error.head<systematic::kCount>() << 1e-4, -2e-4, 1.5e-4, 0.0, -1e-4, 0.5e-4, 2e-4, 0.0;
+  error.head<systematic::kCount>() << 1e-3, -2e-3, 1.5e-3, 0.0, -1e-3, 0.5e-3, 2e-3, 0.0;
   Vehicle truth = parameters.vehicle;
   setValues(valuesOf(parameters) + error, truth);
   const MotionSegment segment =
       drivenAt(parameters, exactSteps(parameters, truth, 20.0), valuesOf(parameters));
   const Eigen::VectorXd expected = segment.evidence.information * error.head<kMotionCount>();
-  EXPECT_LT((segment.evidence.gradient - expected).norm(), 0.02 * expected.norm())
+  EXPECT_LT((segment.evidence.gradient - expected).norm(), 0.05 * expected.norm())
       << segment.evidence.gradient.transpose() << "\n"
       << expected.transpose();
 }
@@ -170,9 +170,9 @@ TEST(Evidence, ofASlippingWheelIsBelievedLess) {
   MeasuredStep step = bend();
   step.readings.end = step.readings.begin = {0.0, 0.0};
   step.readings.travel = {{0.05, 0.05, 0.05, 0.05}};
-  model.extend(step, sound);
+  for (int i = 0; i < 4; ++i) model.extend(step, sound);
   step.readings.travel[Wheel::kRearRight] = 0.1;
-  model.extend(step, slipping);
+  for (int i = 0; i < 4; ++i) model.extend(step, slipping);
   EXPECT_LT(slipping.evidence.information(systematic::kFrontLeft, systematic::kFrontLeft),
             0.05 * sound.evidence.information(systematic::kFrontLeft, systematic::kFrontLeft));
 }
