@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace bs_car_odometry::calibration {
 
@@ -184,6 +185,7 @@ Innovation JointFilter::update(const LaserPose& laser, double lead) {
   innovation.residual.z() = wrapAngle(innovation.residual.z());
   innovation.covariance = H * state.P * H.transpose() + laser.covariance;
   innovation.nis = innovation.residual.dot(innovation.covariance.llt().solve(innovation.residual));
+  if (!std::isfinite(innovation.nis)) innovation.nis = std::numeric_limits<double>::max();
   innovation.weight = std::min(1.0, kSoftLimit / innovation.nis);
   if (!correct(state, H, laser.covariance, innovation)) innovation.weight = 0.0;
   return innovation;
@@ -225,14 +227,16 @@ void JointFilter::removeTrackNoise(const Eigen::Matrix3d& M, State& state) const
   state.P += (M * noise.shared).trace() * (product + product.transpose());
 }
 
-/// @return false when the result was not finite: then nothing has changed
+/// @return false when the result was none: then nothing has changed
 bool JointFilter::correct(const State& state, const MeasurementJacobian& H,
                           const Eigen::Matrix3d& laser_covariance, const Innovation& innovation) {
   const Eigen::Matrix3d R = laser_covariance / innovation.weight;
   const MeasurementJacobian HP = H * state.P;
   const Eigen::Matrix3d S = HP * H.transpose() + R;
+  const Eigen::LLT<Eigen::Matrix3d> factors(S);
+  if (!S.allFinite() || factors.info() != Eigen::Success) return false;
   const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMostStates, 3> K =
-      S.llt().solve(HP).transpose();
+      factors.solve(HP).transpose();
   const StateVector change = K * innovation.residual;
   const StateMatrix I_KH = StateMatrix::Identity(state.P.rows(), state.P.cols()) - K * H;
   StateMatrix P = I_KH * state.P * I_KH.transpose() + K * R * K.transpose();

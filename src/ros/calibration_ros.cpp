@@ -207,10 +207,23 @@ void CalibrationRos::note(const CalibrationUpdate& update) {
 
 // --- messages out ----------------------------------------------------------------------------------------
 
+/// Laser poses that never came to the calibration, which counts those that it drops itself.
+std::uint64_t CalibrationRos::refusedAtTheDoor() const {
+  const LaserInputCounts& counts = adapter_.laserCounts();
+  std::uint64_t refused = 0;
+  for (const LaserVerdict verdict :
+       {LaserVerdict::kNotFinite, LaserVerdict::kBadCovariance, LaserVerdict::kStampZero,
+        LaserVerdict::kStampInvalid, LaserVerdict::kFuture, LaserVerdict::kOtherFrame,
+        LaserVerdict::kNoMount})
+    refused += counts[verdict];
+  return refused;
+}
+
 void CalibrationRos::publishState(const ros::Time& stamp) {
   state_.header.stamp = stamp;
   state_.header.frame_id = adapter_.mapFrame();
   fillCalibrationState(adapter_.calibrator(), adapter_.parameters().calibration.method, state_);
+  state_.dropped += refusedAtTheDoor() - refused_before_;
   state_publisher_.publish(state_);
 }
 
@@ -278,6 +291,7 @@ void CalibrationRos::beginAnew() {
   reckoning_.start();
   paths_.start();
   diagnostics_.noteStart();
+  refused_before_ = refusedAtTheDoor();
   publishState(ros::Time::now());
 }
 

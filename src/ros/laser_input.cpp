@@ -15,7 +15,10 @@ using calibration::LaserVerdict;
 
 namespace {
 
-constexpr double kLargestVariance = 1e12;       // m^2; beyond, products of variances leave a double's range
+constexpr double kLargestVariance = 1e12;  // m^2; beyond, products of variances leave a double's range
+constexpr double kSmallestVariance =
+    1e-14;                         // m^2, rad^2; below, a second pose at the same place is no number
+constexpr double kFarthest = 1e9;  // m, as far as a pose may be anywhere else in the package
 constexpr double kSmallestEigenvalue = 1e-9;    // of the correlation matrix
 constexpr const char* kAuthority = "recorded";  // tf wants to know whose transforms these are
 
@@ -25,7 +28,7 @@ std::string withoutSlash(const std::string& frame) {
 
 /// The correlation matrix, so that metres and radians count alike.
 bool isPositiveDefinite(const Eigen::Matrix3d& matrix) {
-  if (!(matrix.diagonal().minCoeff() > 0.0)) return false;
+  if (!(matrix.diagonal().minCoeff() >= kSmallestVariance)) return false;
   const Eigen::Vector3d scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::Matrix3d correlation = scale.asDiagonal() * matrix * scale.asDiagonal();
   if (!correlation.allFinite()) return false;
@@ -105,7 +108,7 @@ LaserVerdict LaserPoseReader::check(const geometry_msgs::PoseWithCovarianceStamp
   if (*stamp > received.value_or(Time()) + max_future_) return LaserVerdict::kFuture;
   if (map_known_ && withoutSlash(message.header.frame_id) != map_frame_) return LaserVerdict::kOtherFrame;
   const std::optional<Pose2> pose = toPose(message.pose.pose);
-  if (!pose) return LaserVerdict::kNotFinite;
+  if (!pose || !(pose->position().cwiseAbs().maxCoeff() <= kFarthest)) return LaserVerdict::kNotFinite;
   const std::optional<Eigen::Matrix3d> covariance = laserCovariance(message.pose.covariance, sigma_);
   if (!covariance) return LaserVerdict::kBadCovariance;
   laser = {*stamp, *pose, *covariance};

@@ -94,6 +94,29 @@ TEST(Live, C2_noCovarianceMakesTheFiltersOneNegative) {
   std::cout << accepted << " accepted, smallest eigenvalue of the correlations " << smallest << "\n";
 }
 
+/// The same place twice, believed without limit, and places at the end of all numbers.
+TEST(Live, C1_posesBeyondAllMeasureLeaveTheFilterSound) {
+  CarSettings settings = driveOf(scenarioNamed("fig4"));
+  Calibrator calibrator(settings.parameters);
+  CarWithLaser car(settings);
+  car.driveUntil(5.0, calibrator);
+  LaserPose laser;
+  laser.stamp = timeFromNanoseconds(1600000000000000000) + durationFromSeconds(5.0);
+  for (const double variance : {5e-324, 1e-300, 1e-4, 1e300})
+    for (const double x : {1.7e308, -1.7e308, 1e150, 1e9, 0.0, 1e-4}) {
+      laser.stamp += Duration(1);
+      laser.pose = car.truePose();
+      laser.pose.x += x;
+      laser.covariance = variance * Eigen::Matrix3d::Identity();
+      calibrator.add(laser);
+      const FilterEstimate estimate = calibrator.estimate();
+      ASSERT_TRUE(estimate.values.allFinite() && estimate.covariance.allFinite()) << x << ' ' << variance;
+      ASSERT_TRUE(estimate.pose.isFinite() && estimate.pose_covariance.allFinite()) << x << ' ' << variance;
+      ASSERT_TRUE(std::isfinite(calibrator.innovation().nis) &&
+                  std::isfinite(calibrator.innovation().weight));
+    }
+}
+
 TEST(Live, C2_aRefusedPoseChangesNothing) {
   CarSettings settings = driveOf(scenarioNamed("fig4"));
   Calibrator calibrator(settings.parameters);

@@ -63,8 +63,9 @@ TEST(CalibrationNode, findsTheGainsAndSavesThem) {
   EXPECT_NEAR(state.value[kRearTrack], 1.03, 4.0 * state.deviation[kRearTrack]);
   EXPECT_EQ(state.progress[kRearTrack], 1.0);
 
-  // One message a wheel message from the first laser pose on: 50 Hz.
-  EXPECT_NEAR(static_cast<double>(client.odometry().size()), 1500.0, 60.0);
+  // One message a wheel message from the second laser pose on, 50 Hz; the last ones may be on their way.
+  EXPECT_TRUE(waitFor([&] { return client.odometry().size() > 1450; })) << client.odometry().size();
+  EXPECT_LE(client.odometry().size(), 1500u);
   EXPECT_EQ(client.odometry().back().header.frame_id, "map");
   EXPECT_EQ(client.odometry().back().child_frame_id, "base_link");
 
@@ -173,23 +174,23 @@ std::vector<double*> numbersOf(LaserMessage& message) {
   return numbers;
 }
 
-/// Every number of a pose in turn with every value that is bad or extreme, then all bits at random.
-std::vector<LaserMessage> hostilePoses(const ros::Time& stamp) {
+/// Every number of a pose in turn with every value that is bad or extreme, then all bits at random; always
+/// the same for the same pose.
+std::vector<LaserMessage> hostilePoses(const LaserMessage& good) {
   constexpr std::uint64_t kSeed = 23;
   constexpr int kRandom = 500;
-  std::cout << "seed " << kSeed << "\n";
   const double infinity = std::numeric_limits<double>::infinity();
   const double largest = std::numeric_limits<double>::max();
   std::vector<LaserMessage> messages;
-  LaserMessage sample = goodPose(stamp);
+  LaserMessage sample = good;
   for (std::size_t i = 0; i < numbersOf(sample).size(); ++i)
     for (const double value : {std::nan(""), infinity, -infinity, largest, -largest, 5e-324, -1.0, 1e150}) {
-      messages.push_back(goodPose(stamp));
+      messages.push_back(good);
       *numbersOf(messages.back())[i] = value;
     }
   simulation::Random random(kSeed, 0);
   for (int i = 0; i < kRandom; ++i) {
-    messages.push_back(goodPose(stamp));
+    messages.push_back(good);
     for (double* number : numbersOf(messages.back())) {
       const std::uint64_t bits = random.bits();
       if (random.uniform() < 0.3) std::memcpy(number, &bits, sizeof bits);
@@ -202,29 +203,32 @@ std::vector<LaserMessage> hostilePoses(const ros::Time& stamp) {
   return messages;
 }
 
+/// Where the car is now, at a stamp a little later each time it is asked for.
+LaserMessage presentPose(const CalibrationClient& client, int later) {
+  LaserMessage message = goodPose(client.newestWheels() + ros::Duration(0, later));
+  message.pose.pose = client.odometry().back().pose.pose;
+  return message;
+}
+
 TEST(CalibrationNode, C1_nothingHostileGetsThrough) {
+  constexpr std::size_t kParts = 10;  // a second of the drive after each
   CalibrationClient client("hostile");
   ASSERT_TRUE(client.start());
   SimulatedDrive drive = driveOf(client, "slalom_eight", 40.0);
   ASSERT_TRUE(client.drive(drive, 10.0));
   const CalibrationState before = *client.state();
-  std::vector<LaserMessage> messages = hostilePoses(client.newestWheels());
-  // Among the good ones, each with a stamp that is not in use.
-  const std::size_t share = messages.size() / 10 + 1;
-  std::uint32_t later = 0;
-  for (std::size_t i = 0; i < messages.size(); ++i) {
-    if (messages[i].header.stamp == messages.front().header.stamp)
-      messages[i].header.stamp = client.newestWheels() + ros::Duration(0, static_cast<int>(++later));
-    client.send(messages[i]);
-    if (i % share == share - 1) {
-      ASSERT_TRUE(client.drive(drive, 1.0)) << "after " << i << " hostile poses";
-    }
+  const std::size_t count = hostilePoses(presentPose(client, 0)).size();
+  for (std::size_t i = 0; i < count; ++i) {
+    client.send(hostilePoses(presentPose(client, static_cast<int>(i) + 1))[i]);
+    if (i % (count / kParts) != 0) continue;
+    ASSERT_TRUE(client.drive(drive, 1.0)) << "after " << i << " hostile poses";
   }
   ASSERT_TRUE(client.drive(drive, 15.0));
   const CalibrationState& state = *client.state();
-  EXPECT_GT(state.dropped, before.dropped + messages.size() / 3);
+  // Most numbers of a covariance are of z, roll and pitch, which nobody reads: those poses are good ones.
+  EXPECT_GT(state.dropped, before.dropped + count / 4);
   EXPECT_EQ(state.state, CalibrationState::CONVERGED);
-  // Some of the hostile poses are good ones or plain outliers, which soft weights bear.
+  // Good ones too many, and outliers, which soft weights bear.
   EXPECT_NEAR(state.value[kRearRight], 1.02, 6.0 * state.deviation[kRearRight]);
   EXPECT_NEAR(state.value[kRearTrack], 1.03, 6.0 * state.deviation[kRearTrack]);
 }

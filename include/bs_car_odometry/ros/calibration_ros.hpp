@@ -11,6 +11,7 @@
 #include <std_srvs/Trigger.h>
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,6 +51,7 @@ class CalibrationRos {
   void takeUpdates(const ros::Time& now);
   void startWaiting(const ros::Time& now);
 
+  std::uint64_t refusedAtTheDoor() const;
   void publishState(const ros::Time& stamp);
   void publishOdometry();
   void publishPaths();
@@ -81,6 +83,7 @@ class CalibrationRos {
   ros::Timer wait_timer_;
   ros::WallTimer path_timer_;
   ros::WallTimer checkpoint_timer_;
+  std::uint64_t refused_before_{0};  ///< at the door, before the calibration began
   bool paths_changed_{false};
   bool warned_of_clock_{false};
   std::array<ros::SteadyTime, static_cast<std::size_t>(Verdict::kCount)> warned_;

@@ -43,7 +43,7 @@ class LaserMountFinder {
 
 /// Covariance (x, y, yaw) that a laser pose is taken with: its own, and `sigma` in the place of a position or
 /// a yaw that has none (all zero).
-/// @return none when it is not finite, not positive definite, or beyond (1000 km)^2
+/// @return none when it is not finite, not positive definite, below (0.1 micrometres)^2 or beyond (1000 km)^2
 std::optional<Eigen::Matrix3d> laserCovariance(const boost::array<double, 36>& message,
                                                const LaserSigma& sigma);
 
