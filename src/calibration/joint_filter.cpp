@@ -36,8 +36,10 @@ Eigen::Matrix3d leverArm(double yaw, const ParameterVector& values, double sign)
 
 }  // namespace
 
-JointFilter::JointFilter(const Parameters& parameters)
-    : random_walk_(ParameterVector::Zero()), model_(parameters) {
+JointFilter::JointFilter(const Parameters& parameters, bool takes_out_track_noise)
+    : takes_out_track_noise_(takes_out_track_noise),
+      random_walk_(ParameterVector::Zero()),
+      model_(parameters) {
   const ParameterMask estimated = parametersToEstimate(parameters);
   const ParameterVector deviations = priorDeviations(parameters);
   for (std::size_t i = 0; i < kCount; ++i) {
@@ -47,7 +49,8 @@ JointFilter::JointFilter(const Parameters& parameters)
       random_walk_[static_cast<Eigen::Index>(i)] = std::pow(parameters.calibration.gain_random_walk, 2);
   }
   const auto n = static_cast<Eigen::Index>(3 + active_.size());
-  state_.values = model_.values();
+  state_.values = prior_ = model_.values();
+  prior_variance_ = deviations.cwiseAbs2();
   state_.P = StateMatrix::Zero(n, n);
   for (std::size_t k = 0; k < active_.size(); ++k)
     state_.P.diagonal()[static_cast<Eigen::Index>(3 + k)] =
@@ -204,27 +207,34 @@ JointFilter::StateVector JointFilter::velocityBias(const MeasurementJacobian& H,
   return S.llt().solve(q).trace() * P.col(3 + (found - active_.begin()));
 }
 
+/// How much of a change of a parameter leads towards its prior and not beyond.
+double JointFilter::shareTowardsPrior(std::size_t parameter, double change, const State& state) const {
+  const auto k = static_cast<Eigen::Index>(parameter);
+  const double to_prior = prior_[k] - state.values[k];
+  if (!(change * to_prior > 0.0)) return 0.0;
+  return std::min(1.0, to_prior / change);
+}
+
 /// (C14) What the noise in the tracks' columns seems to say of the tracks is known on average: it is taken
-/// out of the estimate, and what it seems to inform out of P.
-/// Right where the pose alone takes up what the noise does: not beside a mount or a delay that is sought,
-/// too.
+/// out of the estimate, and what it seems to inform out of P. Not beyond the prior: a noise level that is set
+/// too high would drive the track away. Right where the pose alone takes up what the noise does: not beside a
+/// mount or a delay that is sought, too.
 /// @param M  H^T S^-1 H of the pose
 void JointFilter::removeTrackNoise(const Eigen::Matrix3d& M, State& state) const {
-  if (!std::all_of(active_.begin(), active_.end(), isGain)) return;
-  const TrackNoise& noise = state.track_noise;
-  const StateMatrix P = state.P;
-  PerAxle<Eigen::Index> row{-1, -1};
-  for (std::size_t k = 0; k < active_.size(); ++k)
-    for (const Axle axle : kAllAxles)
-      if (active_[k] == TrackNoise::kTracks[index(axle)]) row[axle] = static_cast<Eigen::Index>(3 + k);
+  if (!takes_out_track_noise_ || !std::all_of(active_.begin(), active_.end(), isGain)) return;
   for (const Axle axle : kAllAxles) {
-    if (row[axle] < 0) continue;
-    shift((M * noise.with_motion[axle]).trace() * P.col(row[axle]), state);
-    state.P += (M * noise.own[axle]).trace() * P.col(row[axle]) * P.row(row[axle]);
+    const std::size_t track = TrackNoise::kTracks[index(axle)];
+    const auto found = std::find(active_.begin(), active_.end(), track);
+    if (found == active_.end()) continue;
+    const Eigen::Index row = 3 + (found - active_.begin());
+    const StateVector column = state.P.col(row);
+    const double gradient = (M * state.track_noise.with_motion[axle]).trace();
+    shift(shareTowardsPrior(track, gradient * column[row], state) * gradient * column, state);
+    const double room = prior_variance_[static_cast<Eigen::Index>(track)] - column[row];
+    const double information = std::min((M * state.track_noise.own[axle]).trace(),
+                                        std::max(room, 0.0) / (column[row] * column[row]));
+    state.P += information * column * column.transpose();
   }
-  if (row.front < 0 || row.rear < 0) return;
-  const StateMatrix product = P.col(row.front) * P.row(row.rear);
-  state.P += (M * noise.shared).trace() * (product + product.transpose());
 }
 
 /// @return false when the result was none: then nothing has changed

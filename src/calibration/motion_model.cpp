@@ -142,8 +142,10 @@ void MotionModel::extend(const MeasuredStep& step, MotionSegment& segment) const
   segment.distance += increment.motion.head<2>().norm();
   const double duration = toSeconds(step.span.end - step.span.begin);
   segment.duration += duration;
-  if (duration > 0.0)
-    segment.twist += (1.0 - std::exp(-duration / kTwistTime)) * (increment.motion / duration - segment.twist);
+  if (!(duration > 0.0)) return;
+  // A car that was not seen before has not been standing.
+  const double share = segment.twist.isZero(0.0) ? 1.0 : 1.0 - std::exp(-duration / kTwistTime);
+  segment.twist += share * (increment.motion / duration - segment.twist);
 }
 
 std::pair<MeasuredStep, MeasuredStep> split(const MeasuredStep& step, Time time) {

@@ -13,11 +13,10 @@ void TrackNoise::add(const BodyIncrement& increment, const Eigen::Matrix3d& G) {
   with_motion.rear += rear * with_turn.transpose();
   own.front += variance * front * front.transpose();
   own.rear += variance * rear * rear.transpose();
-  shared += variance * front * rear.transpose();
 }
 
 void TrackNoise::carry(const PoseStep& moved) {
-  for (Eigen::Matrix3d* part : {&with_motion.front, &with_motion.rear, &own.front, &own.rear, &shared}) {
+  for (Eigen::Matrix3d* part : {&with_motion.front, &with_motion.rear, &own.front, &own.rear}) {
     Eigen::Matrix3d& M = *part;
     M.row(0) -= moved.dy * M.row(2);
     M.row(1) += moved.dx * M.row(2);
@@ -27,7 +26,7 @@ void TrackNoise::carry(const PoseStep& moved) {
 }
 
 void TrackNoise::transform(const Eigen::Matrix3d& A) {
-  for (Eigen::Matrix3d* part : {&with_motion.front, &with_motion.rear, &own.front, &own.rear, &shared})
+  for (Eigen::Matrix3d* part : {&with_motion.front, &with_motion.rear, &own.front, &own.rear})
     *part = A * *part * A.transpose();
 }
 
@@ -36,7 +35,6 @@ TrackNoise& TrackNoise::operator+=(const TrackNoise& other) {
   with_motion.rear += other.with_motion.rear;
   own.front += other.own.front;
   own.rear += other.own.rear;
-  shared += other.shared;
   return *this;
 }
 

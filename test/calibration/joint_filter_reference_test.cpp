@@ -51,7 +51,7 @@ LaserPose laserAt(const Eigen::Vector3d& pose) {
 JointFilter filterAfterTheStep() {
   const double right = reference::kRightGain * 0.55;
   const double left = reference::kLeftGain * 0.45;
-  JointFilter filter(paperCar(0.5 * (right + left)));
+  JointFilter filter(paperCar(0.5 * (right + left)), false);
   filter.begin(laserAt({1.0, 2.0, 0.7}));
   filter.move(stepOf(right, left, -0.3));
   return filter;

@@ -14,7 +14,8 @@ namespace bs_car_odometry::calibration {
 /// between two laser poses as one segment. Allocates where the model is built anew, after each laser pose.
 class JointFilter final : public Filter {
  public:
-  explicit JointFilter(const Parameters& parameters);
+  /// @param takes_out_track_noise  false: the textbook's filter, without (C14)
+  explicit JointFilter(const Parameters& parameters, bool takes_out_track_noise = true);
 
   void begin(const LaserPose& laser) override;
   void move(const MeasuredStep& step) override { model_.extend(step, segment_); }
@@ -55,11 +56,15 @@ class JointFilter final : public Filter {
   StateVector velocityBias(const MeasurementJacobian& H, const Eigen::Matrix3d& S,
                            const StateMatrix& P) const;
   void removeTrackNoise(const Eigen::Matrix3d& M, State& state) const;
+  double shareTowardsPrior(std::size_t parameter, double change, const State& state) const;
   bool correct(const State& state, const MeasurementJacobian& H, const Eigen::Matrix3d& laser_covariance,
                const Innovation& innovation);
 
   std::vector<std::size_t> active_;  ///< estimated parameters
-  ParameterVector random_walk_;      ///< variance a metre
+  bool takes_out_track_noise_;
+  ParameterVector random_walk_;  ///< variance a metre
+  ParameterVector prior_;        ///< values before the drive
+  ParameterVector prior_variance_;
   MotionModel model_;
   State state_;            ///< where the segment begins
   MotionSegment segment_;  ///< motion since

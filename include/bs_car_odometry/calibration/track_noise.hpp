@@ -19,9 +19,8 @@ struct TrackNoise {
   static constexpr std::array<std::size_t, kAxles> kTracks{systematic::kFrontTrack, systematic::kRearTrack};
 
   PerAxle<Eigen::Matrix3d> with_motion{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
-  /// Covariances of a track's column with itself, and of the front one with the rear one.
+  /// Covariance of a track's column.
   PerAxle<Eigen::Matrix3d> own{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
-  Eigen::Matrix3d shared{Eigen::Matrix3d::Zero()};
 
   /// Carries all of it over a step, F M F^T.
   void carry(const PoseStep& moved);
