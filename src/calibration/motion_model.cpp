@@ -21,6 +21,13 @@ constexpr double kTwistTime = 0.06;
 /// less than that of independent errors, and the angles hardly bend.
 constexpr double kComparison = 2.0;
 
+/// F J, with F = J_pose_pose() of the step.
+template <typename Derivatives>
+void carry(const PoseStep& moved, Derivatives& J) {
+  J.row(0) -= moved.dy * J.row(2);
+  J.row(1) += moved.dx * J.row(2);
+}
+
 double readingOf(double angle, const SteeringCalibration& steering) {
   return (angle - steering.offset) / steering.scale;
 }
@@ -108,21 +115,26 @@ void MotionModel::addEvidence(const StepReadings& readings, Evidence& evidence) 
   evidence.gradient += weight * (T.transpose() * step.gradient);
 }
 
+double MotionModel::move(const MeasuredStep& step, Pose2& pose) const {
+  const BodyMotion motion = increment(adapted(step.readings)).motion;
+  pose = pose * exp(motion);
+  return motion.head<2>().norm();
+}
+
 void MotionModel::extend(const MeasuredStep& step, MotionSegment& segment) const {
   const StepReadings readings = adapted(step.readings);
-  BodyIncrement increment;
-  std::visit([&](const auto& model) { model.update(readings, increment); }, model_);
+  const BodyIncrement increment = this->increment(readings);
   const PoseStep moved = advance(segment.motion, increment.motion);
-  const Eigen::Matrix3d F = moved.J_pose_pose();
   const Eigen::Matrix3d G = moved.J_pose_motion();
   const MotionSensitivity J = sensitivity(increment.J_motion_systematic, readings);
   compare(step, segment);
   advanceNoise(moved, increment.path_covariance, segment.noise);
-  segment.J = F * segment.J + G * J;
-  segment.track_noise.transform(F);
+  carry(moved, segment.J);
+  segment.J += G * J;
+  segment.track_noise.carry(moved);
   segment.track_noise.add(increment, G);
   if (step.steering_doubt.front > 0.0 || step.steering_doubt.rear > 0.0 || !segment.doubt.isZero(0.0)) {
-    segment.doubt = F * segment.doubt;
+    carry(moved, segment.doubt);
     segment.doubt.col(0) += G * J.col(systematic::kFrontOffset) * step.steering_doubt.front;
     segment.doubt.col(1) += G * J.col(systematic::kRearOffset) * step.steering_doubt.rear;
   }

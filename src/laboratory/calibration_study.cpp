@@ -47,6 +47,14 @@ Parameters configurationOf(const CalibrationCase& what, const Parameters& config
   return parameters;
 }
 
+/// As the calibration has it; drives and bounds have the noise that is configured.
+Parameters believedOf(const CalibrationCase& what, Parameters parameters) {
+  NoiseModel& noise = parameters.noise;
+  for (Distribution* error : {&noise.wheel, &noise.steering.angle, &noise.lateral, &noise.rear_law})
+    if (what.believed_noise != 1.0) *error = what.believed_noise * error->std();
+  return parameters;
+}
+
 /// What two cases must have in common to share a drive.
 std::string driveKey(const std::string& scenario, const CalibrationCase& what) {
   std::ostringstream key;
@@ -151,7 +159,7 @@ class Follower {
 
   CalibrationOutcome follow(const std::vector<OdometryUpdate>& updates,
                             const std::vector<calibration::LaserPose>& lasers) {
-    calibration::Calibrator calibrator(prepared_.configured);
+    calibration::Calibrator calibrator(believedOf(prepared_.what, prepared_.configured));
     calibrator.setListener([this](const calibration::CalibrationUpdate& update) { see(update); });
     first_ = lasers.front().stamp;
     auto laser = lasers.begin();

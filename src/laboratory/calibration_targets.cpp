@@ -218,12 +218,15 @@ void askWrongGains(std::vector<Question>& questions) {
   }
 }
 
-/// A prior as wide as it may be, which draws no gain to itself by more than a hundredth of the bound.
+/// A prior as wide as it may be, which draws no gain to itself by more than a hundredth of the bound. The
+/// calibration is told of a tenth of the noise that the bound has: what it takes out of k_b for noise that is
+/// not there, 0.2 bounds with the whole of it, is a hundredth of that (docs/calibration.md, C14).
 void askExactData(std::vector<Question>& questions) {
   for (const std::string& drive : kDrives)
     for (const AxleSelection axles : kAxles) {
       CalibrationCase what = caseOf(drive, axles, {Kind::kScenario, 0.0}, 0.5);
       what.noise = what.laser.noise = false;
+      what.believed_noise = 0.1;
       questions.push_back(
           {CalibrationTarget::kExactData, what, [](const CalibrationResult& result, Sheet& sheet) {
              sheet.atMost("largest bias / bound", result.worstBias(), 0.05);

@@ -46,12 +46,18 @@ void refineFindings(Findings& findings) {
   findings.noise = noise;
   findings.refined = refine(drives, used, options);
   const Refinement& refined = *findings.refined;
-  take(refined.values, refined.covariance, findings);
+  if (!refined.converged && !namesOf(findings.notObserved(), true).empty()) {
+    // A gain that no drive shows may be anything: no reason to doubt what the filter has found of the others.
+    warn("the fit of all readings at once did not converge: the filter's values hold");
+    findings.refined.reset();
+    return;
+  }
   if (!refined.converged)
     throw NoResultError(
         kNotConvergedStatus,
         "the fit of all readings at once did not converge; look at --report with --no-refine, "
         "and at the bags with bag_doctor; nothing was written");
+  take(refined.values, refined.covariance, findings);
   if (drives.size() > 1 && drives.size() == findings.filtered.bags.size())
     findings.left_out = leaveOneOut(drives, used, refined, options);
   const std::vector<Disagreement> disagreements =

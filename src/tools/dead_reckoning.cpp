@@ -10,24 +10,22 @@ std::vector<ReckonedPose> deadReckon(const CalibrationDrive& drive, const Parame
   const Duration late = durationFromSeconds(values[kTimeOffset]);
   MotionModel model(parameters);
   model.setValues(values);
-  MotionSegment segment;  // since the part's beginning
-  Pose2 beginning;
+  Pose2 pose;
+  double distance = 0.0;
   DriveWalk walk(drive);
   std::vector<ReckonedPose> path;
-  double before = 0.0;  // of the parts before this one
   bool interrupted = true;
   for (std::size_t i = 0; i < drive.lasers().size(); ++i) {
     const DriveLaser& laser = drive.lasers()[i];
-    const auto move = [&](const MeasuredStep& step) { model.extend(step, segment); };
+    const auto move = [&](const MeasuredStep& step) { distance += model.move(step, pose); };
     interrupted = !walk.moveTo(laser.laser.stamp - late, move) || interrupted || laser.jumped;
     if (!good[i]) continue;
     const Pose2 measured = laser.laser.pose * from_laser;
     if (interrupted) {
-      before = path.empty() ? 0.0 : path.back().distance;
-      beginning = measured;
-      segment = MotionSegment();
+      distance = path.empty() ? 0.0 : path.back().distance;
+      pose = measured;
     }
-    path.push_back({i, measured, beginning * segment.motion, interrupted, before + segment.distance});
+    path.push_back({i, measured, pose, interrupted, distance});
     interrupted = false;
   }
   return path;

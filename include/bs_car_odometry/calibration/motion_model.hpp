@@ -54,10 +54,17 @@ class MotionModel {
   /// The readings of a step, as taken with the configured values, with the present ones.
   StepReadings adapted(const StepReadings& readings) const;
 
+  /// Moves a pose by a step.
+  /// @return the length of the way [m]
+  double move(const MeasuredStep& step, Pose2& pose) const;
+
   /// Lengthens a segment by a step.
   void extend(const MeasuredStep& step, MotionSegment& segment) const;
 
  private:
+  BodyIncrement increment(const StepReadings& readings) const {
+    return std::visit([&](const auto& model) { return model.increment(readings); }, model_);
+  }
   void compare(const MeasuredStep& step, MotionSegment& segment) const;
   void addEvidence(const StepReadings& readings, Evidence& evidence) const;
   MotionSensitivity sensitivity(const SystematicSensitivity& J, const StepReadings& readings) const;

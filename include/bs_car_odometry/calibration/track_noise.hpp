@@ -1,6 +1,7 @@
 #pragma once
 
 #include "bs_car_odometry/core/body_increment.hpp"
+#include "bs_car_odometry/core/se2.hpp"
 
 #include <Eigen/Core>
 
@@ -22,6 +23,8 @@ struct TrackNoise {
   PerAxle<Eigen::Matrix3d> own{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
   Eigen::Matrix3d shared{Eigen::Matrix3d::Zero()};
 
+  /// Carries all of it over a step, F M F^T.
+  void carry(const PoseStep& moved);
   /// All of it under a linear map of motion and columns.
   void transform(const Eigen::Matrix3d& A);
   TrackNoise& operator+=(const TrackNoise& other);

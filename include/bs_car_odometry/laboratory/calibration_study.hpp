@@ -17,9 +17,10 @@ struct CalibrationCase {
   double prior{0.02};  ///< of each gain
   std::vector<std::string> estimate{"gains"};
   LaserErrors laser;
-  bool noise{true};     ///< of encoders and steering
-  double settled{0.0};  ///< [m] from where on the errors along the drive are judged
-  std::string loop;     ///< scenario driven by dead reckoning afterwards; empty: none
+  bool noise{true};            ///< of encoders and steering
+  double believed_noise{1.0};  ///< what the calibration takes them for, in units of the configured noise
+  double settled{0.0};         ///< [m] from where on the errors along the drive are judged
+  std::string loop;            ///< scenario driven by dead reckoning afterwards; empty: none
 };
 
 /// A car that dead reckons with what a calibration has found, at some places of its way.

@@ -12,7 +12,7 @@
 namespace bs_car_odometry {
 
 /// What the odometry takes of a calibration that runs beside it: the values that are observed and move the
-/// car, with their covariance (docs/calibration.md). Other parameters stay as they are in use.
+/// car, with their covariance (docs/calibration.md, 7). Other parameters stay as they are in use.
 class CalibrationAcceptance {
  public:
   struct Answer {

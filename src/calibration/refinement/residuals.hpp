@@ -103,7 +103,7 @@ class LaserPoseResidual {
   Eigen::Matrix3d W_;
 };
 
-/// What the wheels say among each other, Lambda = V diag(l) V^T and the gradient g about some values:
+/// What the wheels say among each other, L = V diag(l) V^T of (C13) and the gradient g about some values:
 /// r_k = sqrt(l_k) v_k^T (p - p_0) - v_k^T g / sqrt(l_k), where there is any information.
 class EvidenceResidual {
  public:
