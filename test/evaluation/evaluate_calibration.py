@@ -103,16 +103,17 @@ class Found:
     rows: list
 
 
-def thin(poses, interval, output):
-    """Writes the rows of a CSV of poses that are at least `interval` [s] apart."""
+def thin(poses, interval, distance, output):
+    """Writes the rows of a CSV of poses that are at least `interval` [s] and `distance` [m] apart."""
     with open(poses, newline="") as source, open(output, "w", newline="") as target:
         reader, writer = csv.reader(source), csv.writer(target)
         writer.writerow(next(reader))
-        last = -np.inf
+        last = np.full(3, -np.inf)
         for row in reader:
-            if float(row[0]) >= last + interval:
+            here = np.array(row[:3], dtype=float)
+            if here[0] >= last[0] + interval and np.hypot(*(here - last)[1:]) >= distance:
                 writer.writerow(row)
-                last = float(row[0])
+                last = here
 
 
 def parameters_said(text):
@@ -183,7 +184,7 @@ class Group:
         bag = self._folder / f"{run.name}.bag"
         calibration_bag = self._folder / f"{run.name}.calibration.bag"
         poses = self._folder / f"{run.name}.pose.csv"
-        thin(run / "pose.csv", self._settings["pose_interval"], poses)
+        thin(run / "pose.csv", self._settings["pose_interval"], self._settings.get("pose_distance", 0.0), poses)
         evaluate_recorded.convert(self._tools, run, arguments, bag)
         evaluate_recorded.convert(self._tools, run, arguments, calibration_bag, poses)
         return Drive(run.name, bag, calibration_bag, trajectory.read_odometry(str(bag), "ground_truth"))

@@ -14,6 +14,8 @@ import evaluate_recorded  # noqa: E402
 import xunit  # noqa: E402
 
 DATA = evaluate_recorded.default_data_folder()
+# All but the 23 runs of optiodom_winter, whose noise and whose fits without one run take half a minute.
+GROUPS = ["n008", "n015", "comma", "optiodom_june"]
 # Drives with next to no turning.
 STRAIGHT = ["n008", "comma"]
 
