@@ -2,9 +2,9 @@
 """Gains fitted over recorded drives against the gains that the recordings' READMEs fit: one table of end drifts.
 
 For every group of fitted_drift.yaml calibrate_bag runs over the group's drives, with the fit of all readings at once
-and with the filter alone, and replay_bag over each of them with what was found. calibrate_bag
-itself says the drift by the gains of all the other drives (leave one out), from the first to the last pose it got. The exit status is 1 where the drift with the fit's gains is more
-than the README's plus 0.1 % of the distance. Without recordings: 77.
+and with the filter alone, and replay_bag over each of them with what was found. calibrate_bag itself says the drift by
+the gains of all the other drives (leave one out), from the first to the last pose that it got. The exit status is 1
+where the drift with the fit's gains is more than the README's plus 0.1 % of the distance. Without recordings: 77.
 """
 
 import argparse
