@@ -5,11 +5,12 @@ import subprocess
 
 
 def run(folder, name, *arguments):
-    """Runs a program of `folder`; raises RuntimeError with what it says when it fails."""
+    """What a program of `folder` says; raises RuntimeError with that when it fails."""
     command = [str(pathlib.Path(folder) / name), *map(str, arguments)]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
     if done.returncode != 0:
         raise RuntimeError(f"{' '.join(command)}\n{done.stdout.strip()}")
+    return done.stdout
 
 
 def settings(values):

@@ -87,6 +87,28 @@ def load_yaml(name):
     return yaml.safe_load((HERE / name).read_text())
 
 
+def convert(tools, folder, arguments, bag, pose=None):
+    """A bag from a run's CSV files, with the poses of another file if one is given."""
+    steering = folder / "steering.csv"
+    programs.run(tools, "csv_to_bag", "--wheels", folder / "wheels.csv", "--pose", pose or folder / "pose.csv",
+                 *arguments, *(["--steering", steering] if steering.exists() else []), "--output", bag)
+
+
+def replay(tools, bag, vehicle, *arguments):
+    """The odometry over a bag."""
+    output = bag.with_suffix(".odometry.bag")
+    programs.run(tools, "replay_bag", bag, "--config", vehicle, "--output", output, *arguments)
+    odometry = trajectory.read_odometry(str(output), "odom")
+    output.unlink()
+    return odometry
+
+
+def errors_from_start(odometry, truth):
+    """Errors while there is truth, the path put on the first true pose."""
+    shared = odometry.between(truth.stamps[0], truth.stamps[-1])
+    return trajectory.compare(shared.started_at(truth.at(shared.stamps[:1])[0]), truth)
+
+
 class Evaluation:
     """Runs the tools, with bags in a folder of its own."""
 
@@ -106,25 +128,14 @@ class Evaluation:
     def _run(self, recording, folder):
         settings = self._recordings[recording]
         bag = self._bags / f"{recording}-{folder.name}.bag"
-        self._convert(folder, settings["csv_to_bag"], bag)
+        convert(self._tools, folder, settings["csv_to_bag"], bag)
         truth = trajectory.read_odometry(str(bag), "ground_truth")
         errors = {method: self._replay(bag, HERE / settings["vehicle"], overrides, truth)
                   for method, overrides in methods_of(settings["axles"]).items()}
         return Run(f"{recording}/{folder.name}", truth, errors)
 
-    def _convert(self, folder, arguments, bag):
-        steering = folder / "steering.csv"
-        programs.run(self._tools, "csv_to_bag", "--wheels", folder / "wheels.csv", "--pose", folder / "pose.csv",
-                     *arguments, *(["--steering", steering] if steering.exists() else []), "--output", bag)
-
     def _replay(self, bag, vehicle, settings, truth):
-        output = bag.with_suffix(".odometry.bag")
-        programs.run(self._tools, "replay_bag", bag, "--config", vehicle, "--output", output,
-                     *programs.settings(settings))
-        odometry = trajectory.read_odometry(str(output), "odom")
-        output.unlink()
-        shared = odometry.between(truth.stamps[0], truth.stamps[-1])
-        return trajectory.compare(shared.started_at(truth.at(shared.stamps[:1])[0]), truth)
+        return errors_from_start(replay(self._tools, bag, vehicle, *programs.settings(settings)), truth)
 
 
 def checks(runs):
