@@ -52,9 +52,9 @@ SystematicCovariance systematicCovariance(const SystematicNoise& noise);
 SystematicCovariance systematicCovariance(const OdometryConfiguration& configuration);
 
 /// How much of the errors a of the parameters is still in their errors a' after other values and another
-/// Sigma_A have taken their place (docs/calibration.md, C40): M = E[a a'^T]. A calibration takes away an error
-/// that it has found and that is independent of what it leaves, so that E[A A'^T] is Sigma_A after it; where
-/// Sigma_A grew, it is Sigma_A before.
+/// Sigma_A have taken their place (docs/calibration.md, C40): M = E[a a'^T]. A calibration takes away an
+/// error that it has found and that is independent of what it leaves, so that E[A A'^T] is Sigma_A after it;
+/// where Sigma_A grew, it is Sigma_A before.
 SystematicCovariance carriedOver(const SystematicRoot& before, const SystematicRoot& after);
 
 /// Phi a = Phi M a' and a rest that is independent of a'.
