@@ -7,6 +7,7 @@
 #include "../../src/tools/tool.hpp"
 #include "bs_car_odometry/WheelTicks.h"
 #include "bs_car_odometry/calibration/result_file.hpp"
+#include "capture_stderr.hpp"
 #include "temporary_folder.hpp"
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
@@ -28,7 +29,6 @@ using calibration::CalibrationResult;
 using calibration::kCount;
 using ::testing::HasSubstr;
 using ::testing::Not;
-using ::testing::internal::CaptureStderr;
 using ::testing::internal::CaptureStdout;
 using ::testing::internal::GetCapturedStderr;
 using ::testing::internal::GetCapturedStdout;
@@ -70,7 +70,7 @@ class CalibrateTool : public ::testing::Test {
     words.insert(words.end(), options.begin(), options.end());
     const auto arguments = pointers(words);
     CaptureStdout();
-    CaptureStderr();
+    captureStderr();
     Outcome outcome;
     outcome.status =
         runTool("calibrate_bag", [&] { calibrate(static_cast<int>(arguments.size()), arguments.data()); });
@@ -326,7 +326,7 @@ TEST(CalibrateToolDeathTest, helpIsStatusZero) {
 }
 
 TEST(RunTool, aNoResultErrorHasAStatusOfItsOwn) {
-  CaptureStderr();
+  captureStderr();
   EXPECT_EQ(runTool("tool", [] { throw NoResultError(kNotConvergedStatus, "no luck"); }), 4);
   EXPECT_EQ(GetCapturedStderr(), "tool: no luck\n");
 }

@@ -3,6 +3,7 @@
 #include "../../src/tools/tool.hpp"
 
 #include "bs_car_odometry/parameters/load.hpp"
+#include "capture_stderr.hpp"
 #include "temporary_folder.hpp"
 
 #include <gmock/gmock.h>
@@ -16,7 +17,6 @@ namespace {
 namespace po = boost::program_options;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::internal::CaptureStderr;
 using ::testing::internal::GetCapturedStderr;
 
 std::string textOf(const std::string& path) {
@@ -25,19 +25,19 @@ std::string textOf(const std::string& path) {
 }
 
 TEST(RunTool, returnsZeroWhenAllIsWell) {
-  CaptureStderr();
+  captureStderr();
   EXPECT_EQ(runTool("tool", [] {}), 0);
   EXPECT_EQ(GetCapturedStderr(), "");
 }
 
 TEST(RunTool, everyErrorIsOneLineAndStatus3) {
-  CaptureStderr();
+  captureStderr();
   EXPECT_EQ(runTool("tool", [] { throw InputError("a.csv:3: wrong"); }), 3);
   EXPECT_EQ(GetCapturedStderr(), "tool: a.csv:3: wrong\n");
-  CaptureStderr();
+  captureStderr();
   EXPECT_EQ(runTool("tool", [] { throw ParameterError("max_gap: wrong\nmax_speed: wrong"); }), 3);
   EXPECT_EQ(GetCapturedStderr(), "tool: max_gap: wrong; max_speed: wrong\n");
-  CaptureStderr();
+  captureStderr();
   EXPECT_EQ(runTool("tool", [] { throw 1; }), 3);
   EXPECT_EQ(GetCapturedStderr(), "tool: unknown error\n");
 }
@@ -111,7 +111,7 @@ TEST(LoadVehicle, settingsApplyLastAndWarningsAreShown) {
       "car.yaml",
       "vehicle: {wheelbase: 1.2, track: 1.2}\nmax_speed: 5\nmax_gpa: 1\n"
       "encoders: {metres_per_tick: {front_left: 1, front_right: 1, rear_left: 1, rear_right: 1}}\n");
-  CaptureStderr();
+  captureStderr();
   const Parameters parameters = loadVehicle({file}, {"max_speed=6", "vehicle/name=a=b"});
   EXPECT_THAT(GetCapturedStderr(), HasSubstr("nearest known one is max_gap"));
   EXPECT_EQ(parameters.limits.max_speed, 6.0);
@@ -161,7 +161,7 @@ TEST(AtomicOutput, aFolderThatIsMissingAndOneInPlaceOfTheFileAreRefused) {
 }
 
 TEST(Progress, isSilentUnlessStandardErrorIsATerminal) {
-  CaptureStderr();
+  captureStderr();
   {
     Progress progress("reading", 10.0);
     for (int i = 0; i <= 10; ++i) progress.update(i);
