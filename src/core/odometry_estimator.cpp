@@ -155,7 +155,11 @@ void OdometryEstimator::updateTwist(std::optional<Duration> interval, const Syst
 }
 
 void OdometryEstimator::inflate(Duration interval) {
-  uncertainty_->inflate(unseenMotion(configuration_, interval).asDiagonal());
+  inflate(unseenMotion(configuration_, interval).asDiagonal().toDenseMatrix());
+}
+
+void OdometryEstimator::inflate(const Eigen::Matrix3d& covariance) {
+  uncertainty_->inflate(covariance);
   publishPose();
 }
 

@@ -63,7 +63,10 @@ Verdict OdometryPipeline::addSteering(Axle axle, Time stamp, Time receipt, doubl
   if (!std::isfinite(reading)) return count(Verdict::kNotFinite);
   const SteeringCalibration& calibration = configuration_.vehicle.steering[axle];
   const double angle = calibration.scale * reading + calibration.offset;
-  if (std::abs(angle) > configuration_.limits.steering_limit) return count(Verdict::kSteeringLimit);
+  if (std::abs(angle) > configuration_.limits.steering_limit) {
+    counts_.refused_angle = angle;
+    return count(Verdict::kSteeringLimit);
+  }
   switch (steering_[axle].insert(stamp, reading)) {
     case SteeringBuffer::Inserted::kRepeated:
       return count(Verdict::kRepeated);
@@ -142,6 +145,8 @@ std::optional<OdometryUpdate> OdometryPipeline::process(const WheelCounts& count
     report_.steering_angle = {angles.front, angles.rear};
     reference_ = counts;
     reference_time_known_ = true;
+  } else if (reference_time_known_ && isAmbiguous(counts.stamp - reference_->stamp)) {
+    takeAnew(counts);
   } else if (takeReference(counts)) {
     move(counts);
   } else {
@@ -196,6 +201,33 @@ bool OdometryPipeline::takeReference(const WheelCounts& counts) {
   return true;
 }
 
+/// True for a gap in which a wheel may have turned by half of its counter's range, so that which way and how
+/// far it went is lost.
+bool OdometryPipeline::isAmbiguous(Duration interval) const {
+  const Vehicle& vehicle = configuration_.vehicle;
+  if (interval <= configuration_.limits.max_gap || vehicle.counter_bits <= 0) return false;
+  const double furthest = configuration_.limits.max_speed * toSeconds(interval);
+  const double half_range = std::ldexp(1.0, vehicle.counter_bits - 1);
+  for (const Wheel wheel : kAllWheels)
+    if (wheel_used_[wheel] && std::abs(vehicle.calibratedMetresPerTick(wheel)) * half_range < furthest)
+      return true;
+  return false;
+}
+
+/// The car stays where it was, as far as is known, and may be anywhere around.
+void OdometryPipeline::takeAnew(const WheelCounts& counts) {
+  const TimeSpan unseen{reference_->stamp, counts.stamp};
+  ++counts_.gaps;
+  ++counts_.ambiguous_gaps;
+  report_.interval = toSeconds(unseen.end - unseen.begin);
+  estimator_.inflate(unseen.end - unseen.begin);
+  estimator_.forgetTwist();
+  rememberUnseen(unseen);
+  last_readings_ = steeringReadingsAt(counts.stamp);
+  reference_ = counts;
+  suspicious_.reset();
+}
+
 /// Also takes the steering at its end as that of the next reference.
 StepReadings OdometryPipeline::readingsUntil(const WheelCounts& counts) {
   StepReadings readings;
@@ -232,18 +264,37 @@ void OdometryPipeline::move(const WheelCounts& counts) {
   }
   const PerAxle<double> doubt = steeringDoubt(report_.interval);
   estimator_.doubtSteering(interval, doubt);
+  if (span && !interval) estimator_.inflate(bentPath(readings, doubt).asDiagonal().toDenseMatrix());
   if (span) {
-    rememberStep(*span, interval.has_value(), doubt);
     step_ = {*span, readings, doubt};
+    rememberStep(*span, interval.has_value(), doubt);
   }
   reportStep(readings);
 }
 
+/// Variances (x, y, yaw) [m^2, m^2, rad^2] of a gap's motion that the first order of doubtSteering() leaves
+/// out. A path whose heading changes by an unknown N(0, sigma^2) ends short of where it leads straight on, by
+/// sigma^2 / 24 of its length to second order; it cannot end further off than its length.
+Eigen::Vector3d OdometryPipeline::bentPath(const StepReadings& readings, const PerAxle<double>& doubt) const {
+  const SystematicSensitivity& J = estimator_.lastIncrement().J_motion_systematic;
+  const double turn =
+      std::hypot(J(2, systematic::kFrontOffset) * doubt.front, J(2, systematic::kRearOffset) * doubt.rear);
+  double length = 0.0;
+  for (const double travel : readings.travel.values) length = std::max(length, std::abs(travel));
+  const double shortfall = length * -std::expm1(-turn * turn / 8.0);
+  return Eigen::Vector3d(shortfall, shortfall, 0.0).cwiseAbs2();
+}
+
 /// Inside a gap the motion is as unknown as if it had not been seen, although its sum is known.
 void OdometryPipeline::rememberStep(const TimeSpan& span, bool twist_known, const PerAxle<double>& doubt) {
-  const Eigen::Vector3d within =
-      twist_known ? Eigen::Vector3d::Zero() : unseenMotion(configuration_, span.end - span.begin);
-  motion_history_.addStep(span, estimator_.lastIncrement(), doubt, within);
+  const BodyIncrement& increment = estimator_.lastIncrement();
+  if (twist_known) return motion_history_.addStep(span, increment, doubt, Eigen::Vector3d::Zero());
+  BodyIncrement bent = increment;
+  // The history takes it along the arc, where an error at its end is shorter by chord over arc.
+  const double half_turn = 0.5 * increment.motion.z();
+  const double chord = half_turn == 0.0 ? 1.0 : std::sin(half_turn) / half_turn;
+  bent.path_covariance.diagonal() += bentPath(step_->readings, doubt) / std::max(chord * chord, 1e-6);
+  motion_history_.addStep(span, bent, doubt, unseenMotion(configuration_, span.end - span.begin));
 }
 
 void OdometryPipeline::rememberUnseen(const TimeSpan& span) {
@@ -317,9 +368,11 @@ PerAxle<double> OdometryPipeline::steeringDoubt(double interval) const {
 
 OdometryUpdate OdometryPipeline::update(const WheelCounts& counts, Time completed) {
   ++counts_.wheel_messages;
+  OdometryEstimate estimate = estimator_.estimate();
+  if (repair(estimate.pose_covariance) || estimator_.uncertainty().repaired()) ++counts_.covariance_repairs;
   report_.counts = counts_;
   report_.quantiles = estimator_.quantiles();
-  return {counts.stamp, completed, estimator_.estimate(), report_, step_};
+  return {counts.stamp, completed, estimate, report_, step_};
 }
 
 void OdometryPipeline::reset() {
@@ -351,7 +404,9 @@ void OdometryPipeline::rebaseTime() {
 }
 
 void OdometryPipeline::setPose(const Pose2& pose, const Eigen::Matrix3d& covariance) {
-  estimator_.setPose(pose, withoutNegativeVariances(covariance));
+  Eigen::Matrix3d sound = 0.5 * (covariance + covariance.transpose());
+  if (repair(sound)) ++counts_.covariance_repairs;
+  estimator_.setPose(pose, sound);
 }
 
 OdometryCalibration OdometryPipeline::calibration() const {

@@ -51,6 +51,8 @@ class OdometryEstimator {
 
   /// Adds the covariance of motion that was not seen during `interval`, at up to max_speed.
   void inflate(Duration interval);
+  /// Adds a covariance (x, y, yaw) of the pose [m, m, rad].
+  void inflate(const Eigen::Matrix3d& covariance);
 
   /// Says that the twist is not known.
   void forgetTwist();

@@ -23,9 +23,10 @@ enum class Verdict {
   kFuture,
   kNotFinite,
   kSteeringLimit,
-  kNoSteering,   ///< wheels before any steering angle was known
-  kImplausible,  ///< counters further on than max_speed allows
-  kOverflow,     ///< too many messages waiting
+  kNoSteering,      ///< wheels before any steering angle was known
+  kImplausible,     ///< counters further on than max_speed allows
+  kOverflow,        ///< too many messages waiting
+  kRivalPublisher,  ///< of a second publisher on an input
   kCount
 };
 
@@ -41,10 +42,13 @@ struct InputCounts {
   std::uint64_t wheel_messages{0};
   std::uint64_t steering_messages{0};
   std::array<std::uint64_t, static_cast<std::size_t>(Verdict::kCount)> verdicts{};
-  std::uint64_t steering_held{0};     ///< steps on the last reading, no newer one having come in time
-  std::uint64_t counter_restarts{0};  ///< counters taken as a new reference
-  std::uint64_t gaps{0};              ///< intervals longer than max_gap
-  std::uint64_t refused_states{0};    ///< steps undone because the result was not finite
+  std::uint64_t steering_held{0};       ///< steps on the last reading, no newer one having come in time
+  std::uint64_t counter_restarts{0};    ///< counters taken as a new reference
+  std::uint64_t gaps{0};                ///< intervals longer than max_gap
+  std::uint64_t refused_states{0};      ///< steps undone because the result was not finite
+  std::uint64_t ambiguous_gaps{0};      ///< gaps in which the counters may have wrapped unseen
+  std::uint64_t covariance_repairs{0};  ///< covariances that were not positive semidefinite
+  double refused_angle{0.0};            ///< [rad], of the newest message dropped as kSteeringLimit
   Duration ahead{0};  ///< how far the newest message dropped as kFuture was ahead of the clock
 
   std::uint64_t operator[](Verdict verdict) const { return verdicts[static_cast<std::size_t>(verdict)]; }
@@ -149,8 +153,11 @@ class OdometryPipeline {
   PerWheel<double> travels(const WheelCounts& from, const WheelCounts& to) const;
   bool isPlausible(const PerWheel<double>& travels, Duration interval) const;
   bool takeReference(const WheelCounts& counts);
+  bool isAmbiguous(Duration interval) const;
+  void takeAnew(const WheelCounts& counts);
   void move(const WheelCounts& counts);
   StepReadings readingsUntil(const WheelCounts& counts);
+  Eigen::Vector3d bentPath(const StepReadings& readings, const PerAxle<double>& doubt) const;
   void rememberStep(const TimeSpan& span, bool twist_known, const PerAxle<double>& doubt);
   void rememberUnseen(const TimeSpan& span);
   void reportStep(const StepReadings& readings);
