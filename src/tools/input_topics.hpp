@@ -42,13 +42,15 @@ class InputFeed {
   template <typename Adapter>
   bool feed(const rosbag::MessageInstance& message, Adapter& adapter) const {
     const ros::Time& receipt = message.getTime();
+    const std::string publisher = message.getCallerId();
+    const Sender sender{publisher, toTime(receipt).value_or(Time())};
     if (message.getDataType() == kWheelTicks) {
-      if (const auto ticks = message.instantiate<WheelTicks>()) adapter.add(*ticks, receipt);
+      if (const auto ticks = message.instantiate<WheelTicks>()) adapter.add(*ticks, receipt, sender);
     } else if (message.getDataType() == kSteering) {
       if (const auto angle = message.instantiate<SteeringAngle>())
-        adapter.add(axleOf(message.getTopic()), *angle, receipt);
+        adapter.add(axleOf(message.getTopic()), *angle, receipt, sender);
     } else if (const auto joints = message.instantiate<RawJointState>()) {
-      adapter.add(*joints, receipt);
+      adapter.add(*joints, receipt, sender);
     } else {
       return false;
     }
