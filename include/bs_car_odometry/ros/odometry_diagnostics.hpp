@@ -29,6 +29,7 @@ class OdometryDiagnostics {
   void noteUpdate(const OdometryUpdate& update) {
     state_ = update.report.state;
     steering_age_ = update.report.steering_age;
+    sensors_ = update.report.sensors;
   }
   /// Notes a message on a topic that another publisher is heard on.
   void noteRivalInput(const std::string& topic) { rival_input_ = topic; }
@@ -48,6 +49,8 @@ class OdometryDiagnostics {
   /// Merges a level and the sentence of a verdict when it was given since the last report.
   void add(Status& status, unsigned char level, Verdict verdict) const;
 
+  void addFault(Status& status, std::size_t sensor) const;
+
   const OdometryPipeline& pipeline_;
   diagnostic_updater::Updater updater_;
   std::string started_;  ///< when: a later time than before says that the process was started again
@@ -59,6 +62,7 @@ class OdometryDiagnostics {
   PerAxle<double> steering_age_;  ///< [s]
   std::string rival_input_;
   std::string rival_transform_;
+  SensorReport sensors_;
   unsigned char calibration_level_{diagnostic_msgs::DiagnosticStatus::OK};
   std::string calibration_text_{"none: the gains are those of the vehicle file"};
   InputCounts reported_;
