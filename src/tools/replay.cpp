@@ -71,7 +71,7 @@ class ReplayOutput {
 
 /// Gives a recorded message to the adapter: an input, or a pose that was set or a calibration that was
 /// accepted during the drive.
-void feed(const rosbag::MessageInstance& message, const InputFeed& inputs, OdometryAdapter& adapter) {
+void feed(const rosbag::MessageInstance& message, InputFeed& inputs, OdometryAdapter& adapter) {
   if (inputs.feed(message, adapter)) return;
   if (const auto pose = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
     const std::string refused = adapter.setPose(*pose);
@@ -124,7 +124,7 @@ void replay(const Parameters& parameters, const TopicNames& topics, const Replay
   const InputTopics inputs(parameters, topics);
   requireTopics(*bag, files.input, inputs.required());
   ReplayOutput output(files, parameters, adapter.frames());
-  const InputFeed input(topics);
+  InputFeed input(topics);
 
   rosbag::View view(*bag, query(inputs, topics, parameters.accept_calibration));
   Progress progress("replay", static_cast<double>(view.size()));
