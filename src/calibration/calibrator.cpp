@@ -2,6 +2,7 @@
 
 #include "bs_car_odometry/calibration/first_fix.hpp"
 #include "bs_car_odometry/calibration/motion_model.hpp"
+#include "bs_car_odometry/calibration/planar.hpp"
 
 #include <Eigen/Cholesky>
 
@@ -204,7 +205,7 @@ void Calibrator::collectFix(const LaserPose& laser) {
   std::vector<LaserPose> lasers;
   std::vector<Pose2> motions;
   std::vector<Pose2> beginnings;
-  const Pose2 mount{parameters_.laser.x, parameters_.laser.y, parameters_.laser.yaw};
+  const Pose2 mount = mountOf(parameters_.laser);
   for (const Fix& fix : fixes_) {
     if (!lasers.empty())
       for (const MeasuredStep& step : fix.steps) model.extend(step, segment);

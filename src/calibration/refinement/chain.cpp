@@ -1,7 +1,9 @@
 #include "chain.hpp"
 
-#include <Eigen/Cholesky>
+#include "bs_car_odometry/calibration/planar.hpp"
 #include "bs_car_odometry/parameters/configuration.hpp"
+
+#include <Eigen/Cholesky>
 
 #include <optional>
 
@@ -166,8 +168,7 @@ Eigen::Matrix3d scaled(const Eigen::Matrix3d& covariance, const LaserScales& sca
 }
 
 Eigen::Vector3d laserResidual(const Node& node, const ParameterVector& values) {
-  const Pose2 mount{values[kLaserX], values[kLaserY], values[kLaserYaw]};
-  const Pose2 expected = Pose2{node.pose.x(), node.pose.y(), node.pose.z()} * mount;
+  const Pose2 expected = Pose2{node.pose.x(), node.pose.y(), node.pose.z()} * mountOf(values);
   return node.measured - expected.vector();
 }
 
