@@ -3,6 +3,7 @@
 
 #include "../../src/tools/calibrate.hpp"
 
+#include "../../src/tools/calibration_table.hpp"
 #include "../../src/tools/simulated_drive_bag.hpp"
 #include "../../src/tools/tool.hpp"
 #include "bs_car_odometry/WheelTicks.h"
@@ -295,6 +296,16 @@ TEST_F(CalibrateTool, aRefusedCalibrationHasAReportToo) {
   const Outcome outcome = calibrateBags({drive("s.bag", "straight"), "--report", report, "--no-refine"});
   EXPECT_EQ(outcome.status, kNotObservedStatus);
   EXPECT_THAT(textOf(report + "/summary.json"), HasSubstr("not observed yet: rear/k_b"));
+}
+
+TEST(ParameterTable, saysThatTheNoiseWasNotFound) {
+  Findings findings;
+  findings.noise.emplace();
+  findings.noise->wheel = {0.005, std::nan(""), std::nan(""), true};
+  const std::string table = parameterTable(findings);
+  EXPECT_THAT(table, HasSubstr("noise "));
+  EXPECT_THAT(table, HasSubstr("not found: what is configured holds"));
+  EXPECT_THAT(table, Not(HasSubstr("nan")));
 }
 
 TEST_F(CalibrateTool, mistakesAreNamed) {
