@@ -1,5 +1,5 @@
 // calibrate_bag from end to end, on recorded drives of the simulated car: what it writes, what it refuses,
-// with which exit status (docs/reliability.md, rows C5, C7, C9, C10).
+// with which exit status (docs/reliability.md, rows C4, C5, C7, C9, C10).
 
 #include "../../src/tools/calibrate.hpp"
 
@@ -296,6 +296,46 @@ TEST_F(CalibrateTool, aRefusedCalibrationHasAReportToo) {
   const Outcome outcome = calibrateBags({drive("s.bag", "straight"), "--report", report, "--no-refine"});
   EXPECT_EQ(outcome.status, kNotObservedStatus);
   EXPECT_THAT(textOf(report + "/summary.json"), HasSubstr("not observed yet: rear/k_b"));
+}
+
+/// The same messages; laser poses of `from` and later [s since the beginning] are those of a map that was
+/// moved by 1 m and turned by 20 degrees about its origin.
+void addJump(const std::string& from, const std::string& to, double time) {
+  const rosbag::Bag in(from);
+  rosbag::Bag out(to, rosbag::bagmode::Write);
+  rosbag::View view(in);
+  const ros::Time jump = view.getBeginTime() + ros::Duration(time);
+  const Pose2 moved{1.0, 0.0, 20.0 * M_PI / 180.0};
+  for (const rosbag::MessageInstance& instance : view) {
+    const auto message = instance.instantiate<geometry_msgs::PoseWithCovarianceStamped>();
+    if (!message || instance.getTime() < jump) {
+      out.write(instance.getTopic(), instance.getTime(), instance, instance.getConnectionHeader());
+      continue;
+    }
+    geometry_msgs::PoseWithCovarianceStamped jumped = *message;
+    geometry_msgs::Pose& pose = jumped.pose.pose;
+    const Pose2 seen = moved * Pose2{pose.position.x, pose.position.y,
+                                     2.0 * std::atan2(pose.orientation.z, pose.orientation.w)};
+    pose.position.x = seen.x;
+    pose.position.y = seen.y;
+    pose.orientation.z = std::sin(0.5 * seen.yaw);
+    pose.orientation.w = std::cos(0.5 * seen.yaw);
+    out.write(instance.getTopic(), instance.getTime(), jumped);
+  }
+}
+
+TEST_F(CalibrateTool, C4_aJumpOfTheLocaliserIsNamed) {
+  const std::string bag = drive("a.bag", "slalom_eight");
+  const Outcome quiet = calibrateBags({bag, "--no-refine"});
+  EXPECT_THAT(quiet.error, Not(HasSubstr("jumped")));
+  addJump(bag, folder_.file("jump.bag"), 30.0);
+  const Outcome outcome = calibrateBags({folder_.file("jump.bag"), "--no-refine"});
+  EXPECT_EQ(outcome.status, 0) << outcome.error;
+  EXPECT_THAT(outcome.error, HasSubstr("warning: jump.bag: the localiser jumped by "));
+  EXPECT_THAT(outcome.error, HasSubstr(" 20 deg at stamp 1600000030."));
+  EXPECT_THAT(outcome.error, HasSubstr("the pose is taken anew, the gains are kept"));
+  EXPECT_EQ(outcome.error.find("jumped"), outcome.error.rfind("jumped")) << "one jump is one warning";
+  expectTruth(result());
 }
 
 TEST(ParameterTable, saysThatTheNoiseWasNotFound) {
