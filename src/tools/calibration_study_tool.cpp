@@ -102,7 +102,7 @@ void writeCsv(std::ostream& out, const std::vector<TargetRow>& rows) {
 bool calibrationStudy(int argc, const char* const* argv) {
   const Request request = parse(argc, argv);
   laboratory::CalibrationStudySettings study;
-  study.configured = loadVehicle({request.config}, request.settings);
+  study.configured = loadNominalVehicle({request.config}, request.settings);
   study.runs = request.runs;
   study.seed = request.seed;
   study.threads = request.threads;

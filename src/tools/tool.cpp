@@ -148,6 +148,15 @@ Parameters loadVehicle(const std::vector<std::string>& configs, const std::vecto
   return loaded.parameters;
 }
 
+Parameters loadNominalVehicle(const std::vector<std::string>& configs,
+                              const std::vector<std::string>& settings) {
+  Parameters parameters = loadVehicle(configs, settings);
+  if (!parameters.calibration_file.empty())
+    warn("calibration_file is not used: a calibration begins with the gains of the vehicle file (" +
+         configs.front() + ")");
+  return parameters;
+}
+
 Parameters loadCalibratedVehicle(const std::vector<std::string>& configs,
                                  const std::vector<std::string>& settings) {
   Parameters parameters = loadVehicle(configs, settings);

@@ -84,6 +84,10 @@ Parameters loadVehicle(const std::vector<std::string>& configs, const std::vecto
 Parameters loadCalibratedVehicle(const std::vector<std::string>& configs,
                                  const std::vector<std::string>& settings);
 
+/// The same without the calibration, for tools that make one: a warning says so where a file is named.
+Parameters loadNominalVehicle(const std::vector<std::string>& configs,
+                              const std::vector<std::string>& settings);
+
 /// Without the calibration, and with the warnings left to the caller.
 LoadedParameters readVehicle(const std::vector<std::string>& configs,
                              const std::vector<std::string>& settings);

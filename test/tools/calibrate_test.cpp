@@ -338,6 +338,18 @@ TEST_F(CalibrateTool, C4_aJumpOfTheLocaliserIsNamed) {
   expectTruth(result());
 }
 
+TEST_F(CalibrateTool, anEarlierCalibrationIsNotUsedAndThatIsSaid) {
+  const std::string bag = drive("a.bag", "fig4");
+  ASSERT_EQ(calibrateBags({bag, "--no-refine"}).status, 0);
+  const CalibrationResult nominal = result();
+  const std::string earlier = folder_.file("earlier.yaml");
+  std::filesystem::rename(file_, earlier);
+  const Outcome outcome = calibrateBags({bag, "--no-refine", "--set", "calibration_file=" + earlier});
+  EXPECT_EQ(outcome.status, 0) << outcome.error;
+  EXPECT_THAT(outcome.error, HasSubstr("warning: calibration_file is not used: "));
+  EXPECT_EQ(result().values, nominal.values);
+}
+
 TEST(ParameterTable, saysThatTheNoiseWasNotFound) {
   Findings findings;
   findings.noise.emplace();
