@@ -298,6 +298,46 @@ TEST_F(CalibrateTool, aRefusedCalibrationHasAReportToo) {
   EXPECT_THAT(textOf(report + "/summary.json"), HasSubstr("not observed yet: rear/k_b"));
 }
 
+/// The true scale of the steering sensor, 2.2, is beyond what the fit looks through, 0.5 to 2. The filter has
+/// no such limit and observes every gain, so that no missing manoeuvre explains it.
+TEST_F(CalibrateTool, aFitThatDoesNotConvergeIsStatus4) {
+  const std::string bag = drive("a.bag", "fig4", {"--set", "steering/front/scale=2.2"});
+  const Words options{bag, "--set", "calibration/estimate=[gains, steering_scale]", "--set",
+                      "calibration/prior/steering_scale=1"};
+  const Outcome outcome = calibrateBags(options);
+  EXPECT_EQ(outcome.status, kNotConvergedStatus) << outcome.error;
+  EXPECT_THAT(outcome.error, HasSubstr("the noise levels were not found: those configured hold"));
+  EXPECT_THAT(outcome.error, HasSubstr("the fit of all readings at once did not converge"));
+  EXPECT_THAT(outcome.error, HasSubstr("nothing was written"));
+  EXPECT_FALSE(written());
+}
+
+/// The paper's method without a laser on its straight run: the tape says 20 m.
+TEST_F(CalibrateTool, aTapeTakesTheLasersPlaceOnTheStraightRun) {
+  const std::string straight = drive("straight.bag", "straight", {"--laser-rate", "0"});
+  const Words options{"--distance", "20", "--no-refine", "--set", "calibration/method=paper"};
+  Words both{straight, drive("b.bag", "fig4", {"--seed", "2"})};
+  both.insert(both.end(), options.begin(), options.end());
+  const Outcome outcome = calibrateBags(both);
+  EXPECT_EQ(outcome.status, 0) << outcome.error;
+  expectTruth(result());
+  EXPECT_EQ(result().data.bags, (Words{"straight.bag", "b.bag"}));
+}
+
+/// It gives the mean of k_r and k_l, (1.02 + 0.99)/2, and says that this is all.
+TEST_F(CalibrateTool, aTapeAloneShowsTheDistanceGainAlone) {
+  const Outcome outcome = calibrateBags({drive("straight.bag", "straight", {"--laser-rate", "0"}),
+                                         "--distance", "20", "--set", "calibration/method=paper"});
+  EXPECT_EQ(outcome.status, kNotObservedStatus);
+  const std::string before = "k_d of the rear axle is ";
+  const std::size_t at = outcome.error.find(before);
+  ASSERT_NE(at, std::string::npos) << outcome.error;
+  // Four standard deviations after 20 m (docs/calibration.md, 1).
+  EXPECT_NEAR(std::stod(outcome.error.substr(at + before.size())), 1.005, 4.0 * 0.0009);
+  EXPECT_THAT(outcome.error, HasSubstr("give bags with laser_pose after it; nothing was written"));
+  EXPECT_FALSE(written());
+}
+
 /// The same messages; laser poses of `from` and later [s since the beginning] are those of a map that was
 /// moved by 1 m and turned by 20 degrees about its origin.
 void addJump(const std::string& from, const std::string& to, double time) {
