@@ -1,5 +1,7 @@
 #include "bs_car_odometry/calibration/joint_filter.hpp"
 
+#include "bs_car_odometry/calibration/planar.hpp"
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -14,24 +16,9 @@ namespace {
 /// car's localiser do not average out for ever.
 constexpr double kPoseFloor = 0.05;
 
-Eigen::Matrix3d rotation(double yaw) {
-  const double c = std::cos(yaw);
-  const double s = std::sin(yaw);
-  Eigen::Matrix3d R;
-  R << c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0;
-  return R;
-}
-
-Pose2 mountOf(const ParameterVector& values) { return {values[kLaserX], values[kLaserY], values[kLaserYaw]}; }
-
-/// Derivative of the laser's pose by base_link's pose, and with its sign turned the inverse one.
-Eigen::Matrix3d leverArm(double yaw, const ParameterVector& values, double sign) {
-  const double c = std::cos(yaw);
-  const double s = std::sin(yaw);
-  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
-  J(0, 2) = sign * (-values[kLaserX] * s - values[kLaserY] * c);
-  J(1, 2) = sign * (values[kLaserX] * c - values[kLaserY] * s);
-  return J;
+/// From base_link to the laser, in the frame of the poses [m].
+Eigen::Vector2d armOf(const Pose2& base, const ParameterVector& values) {
+  return rotation(base.yaw).topLeftCorner<2, 2>() * values.segment<2>(kLaserX);
 }
 
 }  // namespace
@@ -75,7 +62,7 @@ JointFilter::MeasurementJacobian JointFilter::measurementJacobian(const State& s
   J.middleCols<3>(kLaserX) = rotation(state.pose.yaw);
   J.col(kTimeOffset) = -laserVelocity(state);
   MeasurementJacobian H(3, state.P.cols());
-  H.leftCols<3>() = leverArm(state.pose.yaw, state.values, 1.0);
+  H.leftCols<3>() = leverArm(armOf(state.pose, state.values));
   H.rightCols(static_cast<Eigen::Index>(active_.size())) = columns(J);
   return H;
 }
@@ -84,7 +71,7 @@ JointFilter::MeasurementJacobian JointFilter::measurementJacobian(const State& s
 /// the mount and the delay is not known of the pose, and remains tied to it.
 void JointFilter::begin(const LaserPose& laser) {
   state_.pose = laser.pose * inverse(mountOf(state_.values));
-  const Eigen::Matrix3d J_laser = leverArm(state_.pose.yaw, state_.values, -1.0);
+  const Eigen::Matrix3d J_laser = leverArm(-armOf(state_.pose, state_.values));
   const auto n = static_cast<Eigen::Index>(active_.size());
   const MeasurementJacobian J = -J_laser * measurementJacobian(state_).rightCols(n);
   StateMatrix& P = state_.P;

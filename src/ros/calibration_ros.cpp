@@ -201,7 +201,8 @@ void CalibrationRos::note(const CalibrationUpdate& update) {
   if (reckoning_.correct(update)) paths_.start();
   paths_.add(update);
   paths_changed_ = true;
-  diagnostics_.note(update.innovation);
+  diagnostics_.note(update);
+  if (update.jump && isDue(jump_warned_)) ROS_WARN_STREAM(explain(*update.jump));
   publishState(toRos(update.stamp));
 }
 

@@ -66,7 +66,7 @@ CalibrateOptions calibrateOptions(int argc, const char* const* argv) {
   options.topics = TopicNames(
       argc, argv,
       {"wheel_ticks", "front_steering", "rear_steering", "joint_states", "laser_pose", "tf", "tf_static"});
-  options.parameters = loadVehicle(values["config"].as<Words>(), values["set"].as<Words>());
+  options.parameters = loadNominalVehicle(values["config"].as<Words>(), values["set"].as<Words>());
   options.bags = values["input"].as<Words>();
   options.output = values["output"].as<std::string>();
   if (values.count("report") > 0) options.report = values["report"].as<std::string>();

@@ -8,6 +8,7 @@
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -18,6 +19,9 @@ namespace bs_car_odometry::tools {
 using namespace calibration;
 
 namespace {
+
+/// Of each bag, so many are named.
+constexpr std::size_t kMostJumps = 10;
 
 /// Drives the adapter through the bags, one after the other.
 class BagFilter {
@@ -44,6 +48,7 @@ class BagFilter {
     }
     progress.hide();
     warnOfDrops();
+    warnOfJumps();
     return result();
   }
 
@@ -146,6 +151,7 @@ class BagFilter {
     const bool good = update.innovation.nis <= kRejectLimit;
     bag_->good.push_back(good);
     bag_->distances.push_back(update.distance);
+    if (update.jump) bag_->jumps.push_back(*update.jump);
     if (good) {
       sum_of_nis_ += update.innovation.nis;
       ++good_;
@@ -175,6 +181,15 @@ class BagFilter {
     if (counts.without_covariance > 0)
       warn(std::to_string(counts.without_covariance) +
            " laser poses carry no covariance: they are taken with laser_sigma");
+  }
+
+  void warnOfJumps() const {
+    for (const CalibratedBag& bag : result_.bags) {
+      const std::size_t named = std::min(bag.jumps.size(), kMostJumps);
+      for (std::size_t i = 0; i < named; ++i) warn(bag.name() + ": " + explain(bag.jumps[i]));
+      if (bag.jumps.size() > named)
+        warn(bag.name() + ": and " + std::to_string(bag.jumps.size() - named) + " more jumps");
+    }
   }
 
   FilteredBags result() {

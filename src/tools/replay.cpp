@@ -5,6 +5,7 @@
 #include "tum_writer.hpp"
 
 #include "bs_car_odometry/OdometryStatus.h"
+#include "bs_car_odometry/calibration/atomic_file.hpp"
 #include "bs_car_odometry/ros/odometry_adapter.hpp"
 
 #include <nav_msgs/Odometry.h>
@@ -61,7 +62,7 @@ class ReplayOutput {
   OutputFrames frames_;
   bool publish_tf_;
   std::optional<BagWriter> bag_;
-  std::optional<AtomicOutput> tum_file_;  // outlives what writes it
+  std::optional<calibration::AtomicFile> tum_file_;  // outlives what writes it
   std::optional<TumWriter> tum_;
   nav_msgs::Odometry odom_;
   tf2_msgs::TFMessage transforms_;

@@ -1,7 +1,8 @@
 #include "simulated_calibration.hpp"
 
-#include "bs_car_odometry/parameters/configuration.hpp"
+#include "bs_car_odometry/calibration/planar.hpp"
 #include "bs_car_odometry/simulation/random.hpp"
+#include "calibration_drive.hpp"
 
 #include <cmath>
 
@@ -11,7 +12,6 @@ namespace {
 
 constexpr std::uint64_t kTruthStream = 200;  // apart from those of the simulated car
 constexpr std::uint64_t kLaserStream = 201;
-constexpr std::size_t kSamplesALaser = 5;
 const Pose2 kJump{3.0, -2.0, 0.5};  // of the map
 
 class Laser {
@@ -23,8 +23,7 @@ class Laser {
     const ParameterVector& truth = simulated_.truth;
     LaserPose laser;
     laser.stamp = laboratory::stampOf(sample) + durationFromSeconds(truth[kTimeOffset]);
-    laser.pose = Pose2{sample.truth.x, sample.truth.y, sample.truth.yaw} *
-                 Pose2{truth[kLaserX], truth[kLaserY], truth[kLaserYaw]};
+    laser.pose = Pose2{sample.truth.x, sample.truth.y, sample.truth.yaw} * mountOf(truth);
     const bool outlier = random_.uniform() <= simulated_.outliers.share;
     const LaserSigma& sigma = simulated_.laser_sigma;
     laser.pose.x += outlier ? spread(simulated_.outliers.position) : sigma.position * random_.normal();
@@ -77,17 +76,16 @@ CalibratedDrive calibrate(const SimulatedDrive& simulated, const Parameters& par
   settings.noise = simulated.noise;
   const std::vector<laboratory::Sample> samples = laboratory::record(vehicle, settings);
 
-  OdometryPipeline pipeline(toConfiguration(parameters));
+  std::vector<LaserPose> lasers;
+  Laser laser(simulated, parameters.laser_sigma);
+  for (std::size_t i = 0; i < samples.size(); i += laboratory::kLaserEvery)
+    lasers.push_back(laser.read(samples[i]));
+
   Calibrator calibrator(parameters);
   DriveRecorder recorder;
   calibrator.setListener([&](const CalibrationUpdate& update) { recorder.add(update, calibrator.counts()); });
-  Laser laser(simulated, parameters.laser_sigma);
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const OdometryUpdate update = laboratory::step(pipeline, samples[i]);
-    recorder.add(update);
-    calibrator.add(update);
-    if (i % kSamplesALaser == 0) calibrator.add(laser.read(samples[i]));
-  }
+  calibrate(calibrator, parameters, samples, lasers, 0,
+            [&](const OdometryUpdate& update) { recorder.add(update); });
   return {recorder.take(), calibrator.estimate()};
 }
 

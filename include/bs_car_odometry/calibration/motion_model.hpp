@@ -20,7 +20,7 @@ struct MotionSegment {
   Eigen::Matrix3d noise{Eigen::Matrix3d::Zero()};  ///< covariance of motion (x, y, yaw) from the readings
   MotionSensitivity J{MotionSensitivity::Zero()};  ///< d motion / d parameters
   Eigen::Matrix<double, 3, 2> doubt{Eigen::Matrix<double, 3, 2>::Zero()};  ///< see SteeringDoubt
-  BodyMotion twist{BodyMotion::Zero()};  ///< of the last step [m/s, m/s, rad/s]
+  BodyMotion twist{BodyMotion::Zero()};  ///< over the last 0.06 s [m/s, m/s, rad/s]
   TrackNoise track_noise;  ///< as if the errors were of the beginning: J_beginning() carries it to the end
   Evidence evidence;       ///< of the same readings
   double distance{0.0};    ///< [m], path length

@@ -88,6 +88,7 @@ class CalibrationRos {
   bool warned_of_clock_{false};
   std::array<ros::SteadyTime, static_cast<std::size_t>(Verdict::kCount)> warned_;
   std::array<ros::SteadyTime, static_cast<std::size_t>(calibration::LaserVerdict::kCount)> laser_warned_;
+  ros::SteadyTime jump_warned_;
 };
 
 }  // namespace bs_car_odometry
