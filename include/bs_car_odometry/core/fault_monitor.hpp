@@ -12,7 +12,7 @@
 namespace bs_car_odometry {
 
 /// Watches over the sensors of a car: leaves out those that contradict the others, says what is wrong with
-/// them, and takes them back when they agree again (docs/model.md, section 9). A gross fault is seen in the
+/// them, and takes them back when they agree again (docs/model.md, 6.1). A gross fault is seen in the
 /// step that has it, before the step moves the car; a small one in what a tenth of a second, or a second,
 /// sums up to. Works with the fit of both axles; where only two wheels are read nothing is left over.
 class FaultMonitor {
