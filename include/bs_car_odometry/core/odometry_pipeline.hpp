@@ -153,7 +153,7 @@ class OdometryPipeline {
   PerWheel<bool> jumps(const WheelCounts& from, const WheelCounts& to, Duration interval) const;
   bool takeReference(const WheelCounts& counts);
   void move(const WheelCounts& counts);
-  StepReadings read(const StepReadings& measured);
+  StepReadings read(const StepReadings& measured, bool seen);
   Eigen::Matrix3d watch(const StepReadings& measured, std::optional<Duration> interval);
   void leaveOutJumps(StepReadings& readings);
   StepReadings readingsUntil(const WheelCounts& counts);
