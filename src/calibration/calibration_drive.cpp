@@ -21,6 +21,7 @@ void CalibrationDrive::add(const MeasuredStep& step) {
   stored.begin = narrow(step.readings.begin.front, step.readings.begin.rear);
   stored.end = narrow(step.readings.end.front, step.readings.end.rear);
   stored.doubt = narrow(step.steering_doubt.front, step.steering_doubt.rear);
+  stored.left_out = step.readings.left_out;
   steps_.push_back(stored);
 }
 
@@ -32,6 +33,7 @@ MeasuredStep CalibrationDrive::step(std::size_t i) const {
   step.readings.begin = {stored.begin[0], stored.begin[1]};
   step.readings.end = {stored.end[0], stored.end[1]};
   step.steering_doubt = {stored.doubt[0], stored.doubt[1]};
+  step.readings.left_out = stored.left_out;
   return step;
 }
 

@@ -62,7 +62,7 @@ void MotionModel::setValues(const ParameterVector& values) {
 
 StepReadings MotionModel::adapted(const StepReadings& readings) const {
   const Vehicle& present = configuration_.vehicle;
-  StepReadings result;
+  StepReadings result = readings;
   for (const Wheel wheel : kAllWheels)
     result.travel[wheel] = readings.travel[wheel] * (present.wheelGain(wheel) / configured_.wheelGain(wheel));
   result.begin = calibration::adapted(readings.begin, configured_, present);
@@ -82,10 +82,10 @@ MotionSensitivity MotionModel::sensitivity(const SystematicSensitivity& J,
   return result;
 }
 
-/// Readings with angles that cannot be trusted are compared with nothing.
+/// Readings of which some cannot be trusted are compared with nothing.
 void MotionModel::compare(const MeasuredStep& step, MotionSegment& segment) const {
   if (!std::holds_alternative<WheelFit>(model_)) return;
-  if (step.steering_doubt.front > 0.0 || step.steering_doubt.rear > 0.0) {
+  if (step.steering_doubt.front > 0.0 || step.steering_doubt.rear > 0.0 || step.readings.leavesOut()) {
     segment.pending = PendingReadings();
     return;
   }

@@ -100,10 +100,14 @@ void OdometryEstimator::setCalibration(const OdometryCalibration& calibration) {
   setSystematicCovariance(calibration.covariance);
 }
 
-/// One piece of code (flatten), see WheelFit::update.
-[[gnu::flatten]] bool OdometryEstimator::step(const StepReadings& readings,
-                                              std::optional<Duration> interval) {
+const FitResiduals& OdometryEstimator::read(const StepReadings& readings) {
   std::visit([&](const auto& model) { model.update(readings, increment_); }, model_);
+  return increment_.residuals;
+}
+
+/// One piece of code (flatten), see WheelFit::update.
+[[gnu::flatten]] bool OdometryEstimator::move(const StepReadings& readings,
+                                              std::optional<Duration> interval) {
   if (!isUsable(increment_)) {
     refuseStep(interval);
     return false;
@@ -155,7 +159,11 @@ void OdometryEstimator::updateTwist(std::optional<Duration> interval, const Syst
 }
 
 void OdometryEstimator::inflate(Duration interval) {
-  uncertainty_->inflate(unseenMotion(configuration_, interval).asDiagonal());
+  inflate(Eigen::Matrix3d(unseenMotion(configuration_, interval).asDiagonal()));
+}
+
+void OdometryEstimator::inflate(const Eigen::Matrix3d& covariance) {
+  uncertainty_->inflate(covariance);
   publishPose();
 }
 

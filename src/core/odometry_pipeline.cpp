@@ -3,6 +3,8 @@
 #include "bs_car_odometry/core/nearest_covariance.hpp"
 #include "bs_car_odometry/core/wheel_counters.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 
@@ -27,6 +29,10 @@ Eigen::Matrix<double, systematic::kCount, 1> systematicValues(const OdometryCali
   return values;
 }
 
+PerAxle<double> larger(const PerAxle<double>& a, const PerAxle<double>& b) {
+  return {std::max(a.front, b.front), std::max(a.rear, b.rear)};
+}
+
 OdometryConfiguration withCleanCovariance(OdometryConfiguration configuration) {
   configuration.initial_pose.covariance = withoutNegativeVariances(configuration.initial_pose.covariance);
   return configuration;
@@ -39,6 +45,7 @@ OdometryPipeline::OdometryPipeline(const OdometryConfiguration& configuration)
       steering_needed_(bs_car_odometry::steeringNeeded(configuration.vehicle, configuration.options)),
       wheel_used_(wheelsUsed(configuration.vehicle, configuration.options)),
       estimator_(withCleanCovariance(configuration)),
+      monitor_(configuration),
       motion_history_(configuration.relative_motion.history, systematicCovariance(configuration)) {
   waiting_.reserve(kMostWaiting);
 }
@@ -162,27 +169,31 @@ PerWheel<double> OdometryPipeline::travels(const WheelCounts& from, const WheelC
   return travels;
 }
 
-bool OdometryPipeline::isPlausible(const PerWheel<double>& travels, Duration interval) const {
+PerWheel<bool> OdometryPipeline::jumps(const WheelCounts& from, const WheelCounts& to,
+                                       Duration interval) const {
   const double longest =
       configuration_.limits.max_speed * (kPlausibleExcess * toSeconds(interval) + kStampJitter);
-  for (const double travel : travels.values)
-    if (std::abs(travel) > longest) return false;
-  return true;
+  const PerWheel<double> travels = this->travels(from, to);
+  PerWheel<bool> jumps;
+  for (const Wheel wheel : kAllWheels) jumps[wheel] = std::abs(travels[wheel]) > longest;
+  return jumps;
 }
 
-/// Makes sure that the counters can be taken from the reference. Counters that jumped once are left out; when
-/// the next ones follow the jump, the counters have been restarted, and the jump becomes the new reference.
+/// Makes sure that the counters can be taken from the reference. A wheel whose counter jumped is left out
+/// where the others are enough. Else the message is; and when the next one follows the jump, the counters
+/// have been restarted, and the jump becomes the new reference.
 /// @return false when `counts` must be left out
 bool OdometryPipeline::takeReference(const WheelCounts& counts) {
-  const auto follows = [&](const WheelCounts& from, bool time_known) {
-    const Duration interval = time_known ? counts.stamp - from.stamp : configuration_.limits.max_gap;
-    return isPlausible(travels(from, counts), interval);
+  const auto jumpsFrom = [&](const WheelCounts& from, bool time_known) {
+    return jumps(from, counts, time_known ? counts.stamp - from.stamp : configuration_.limits.max_gap);
   };
-  if (follows(*reference_, reference_time_known_)) {
+  jumped_ = jumpsFrom(*reference_, reference_time_known_);
+  if (jumped_ == PerWheel<bool>() || monitor_.canDoWithout(jumped_)) {
+    for (const bool jumped : jumped_.values) counts_.wheel_jumps += jumped ? 1 : 0;
     suspicious_.reset();
     return true;
   }
-  if (!suspicious_ || !follows(*suspicious_, true)) {
+  if (!suspicious_ || !(jumpsFrom(*suspicious_, true) == PerWheel<bool>())) {
     suspicious_ = counts;
     return false;
   }
@@ -193,13 +204,24 @@ bool OdometryPipeline::takeReference(const WheelCounts& counts) {
   reference_ = suspicious_;
   reference_time_known_ = true;
   suspicious_.reset();
+  jumped_ = jumped_before_ = PerWheel<bool>();
   return true;
+}
+
+/// A travel is known where the counter jumped at neither end of the step.
+void OdometryPipeline::leaveOutJumps(StepReadings& readings) {
+  for (const Wheel wheel : kAllWheels) {
+    readings.left_out[wheel] = jumped_[wheel] || jumped_before_[wheel];
+    if (readings.left_out[wheel]) readings.travel[wheel] = 0.0;
+  }
+  jumped_before_ = jumped_;
 }
 
 /// Also takes the steering at its end as that of the next reference.
 StepReadings OdometryPipeline::readingsUntil(const WheelCounts& counts) {
   StepReadings readings;
   readings.travel = travels(*reference_, counts);
+  leaveOutJumps(readings);
   // After a long interval, or in a new time, the buffer may begin after the reference.
   const bool reaches_back = reference_time_known_ && steeringReachesBack(reference_->stamp);
   readings.begin = anglesOf(reaches_back ? steeringReadingsAt(reference_->stamp) : last_readings_);
@@ -209,7 +231,7 @@ StepReadings OdometryPipeline::readingsUntil(const WheelCounts& counts) {
 }
 
 void OdometryPipeline::move(const WheelCounts& counts) {
-  const StepReadings readings = readingsUntil(counts);
+  StepReadings measured = readingsUntil(counts);
   std::optional<TimeSpan> span;
   std::optional<Duration> interval;
   if (reference_time_known_) {
@@ -223,42 +245,72 @@ void OdometryPipeline::move(const WheelCounts& counts) {
   }
   reference_ = counts;
   reference_time_known_ = true;
-  if (!estimator_.step(readings, interval)) {
+  const PerAxle<double> doubt = steeringDoubt(report_.interval);
+  // Inside a gap no single angle is to be found by the wheels.
+  if (interval) measured.steering_doubt = doubt;
+  const StepReadings readings = read(measured);
+  if (!estimator_.move(readings, interval)) {
     // What was not finite must not leave by the report either.
     ++counts_.refused_states;
     report_.state = OdometryState::kDegraded;
     if (span) rememberUnseen(*span);
     return;
   }
-  const PerAxle<double> doubt = steeringDoubt(report_.interval);
-  estimator_.doubtSteering(interval, doubt);
+  const PerAxle<double> total_doubt = larger(doubt, readings.steering_doubt);
+  estimator_.doubtSteering(interval, total_doubt);
+  const Eigen::Matrix3d fault_covariance = watch(measured, interval);
   if (span) {
-    rememberStep(*span, interval.has_value(), doubt);
-    step_ = {*span, readings, doubt};
+    rememberStep(*span, interval.has_value(), total_doubt, fault_covariance);
+    step_ = {*span, readings, total_doubt};
   }
-  reportStep(readings);
+  reportStep(measured, readings.left_out);
+}
+
+/// As it was measured, or without what contradicts the rest.
+StepReadings OdometryPipeline::read(const StepReadings& measured) {
+  StepReadings readings = monitor_.distrusts(measured) ? monitor_.trusted(measured) : measured;
+  for (std::size_t round = 0; round < kSensors; ++round) {
+    if (!monitor_.contradicts(readings, estimator_.read(readings))) break;
+    readings = monitor_.trusted(measured);
+  }
+  return readings;
+}
+
+/// What a fault has done to the pose before it was found is an error of the pose.
+/// @return its covariance (x, y, yaw), axes of base_link
+Eigen::Matrix3d OdometryPipeline::watch(const StepReadings& measured, std::optional<Duration> interval) {
+  const auto covariance = monitor_.add(measured, estimator_.lastIncrement(), interval);
+  report_.sensors = monitor_.report();
+  if (!covariance) return Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  R.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(estimator_.deadReckoned().yaw).matrix();
+  estimator_.inflate(Eigen::Matrix3d(R * *covariance * R.transpose()));
+  return *covariance;
 }
 
 /// Inside a gap the motion is as unknown as if it had not been seen, although its sum is known.
-void OdometryPipeline::rememberStep(const TimeSpan& span, bool twist_known, const PerAxle<double>& doubt) {
+void OdometryPipeline::rememberStep(const TimeSpan& span, bool twist_known, const PerAxle<double>& doubt,
+                                    const Eigen::Matrix3d& fault_covariance) {
   const Eigen::Vector3d within =
       twist_known ? Eigen::Vector3d::Zero() : unseenMotion(configuration_, span.end - span.begin);
-  motion_history_.addStep(span, estimator_.lastIncrement(), doubt, within);
+  BodyIncrement increment = estimator_.lastIncrement();
+  increment.path_covariance += fault_covariance;
+  motion_history_.addStep(span, increment, doubt, within);
 }
 
 void OdometryPipeline::rememberUnseen(const TimeSpan& span) {
   motion_history_.addUnseen(span, unseenMotion(configuration_, span.end - span.begin).asDiagonal());
 }
 
-void OdometryPipeline::reportStep(const StepReadings& readings) {
+void OdometryPipeline::reportStep(const StepReadings& measured, const PerWheel<bool>& left_out) {
   const BodyMotion& motion = estimator_.lastIncrement().motion;
   const double path = motion.head<2>().norm();
   report_.step = motion.x() < 0.0 ? -path : path;
   report_.distance += path;
-  report_.wheel_used = wheel_used_;
-  report_.wheel_travel = readings.travel;
+  for (const Wheel wheel : kAllWheels) report_.wheel_used[wheel] = wheel_used_[wheel] && !left_out[wheel];
+  report_.wheel_travel = measured.travel;
   report_.residuals = estimator_.residuals();
-  const SteeringAngles mean = readings.mean();
+  const SteeringAngles mean = measured.mean();
   report_.steering_angle = {mean.front, mean.rear};
 }
 
@@ -324,10 +376,12 @@ OdometryUpdate OdometryPipeline::update(const WheelCounts& counts, Time complete
 
 void OdometryPipeline::reset() {
   estimator_.reset();
+  monitor_.reset();
   motion_history_.clear();
   waiting_.clear();
   reference_.reset();
   suspicious_.reset();
+  jumped_before_ = PerWheel<bool>();
   report_ = StepReport();
   counts_ = InputCounts();
 }
@@ -365,6 +419,7 @@ void OdometryPipeline::setCalibration(const OdometryCalibration& calibration) {
   configuration_.vehicle.steering = calibration.steering;
   configuration_.systematic_covariance = calibration.covariance;
   estimator_.setCalibration(calibration);
+  monitor_.setConfiguration(configuration_);
   for (const Axle axle : kAllAxles) {
     // What a scale did to a step depends on its reading, which the history does not hold.
     if (calibration.steering[axle].scale != before.steering[axle].scale) motion_history_.clear();

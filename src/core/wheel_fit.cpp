@@ -1,5 +1,6 @@
 #include "bs_car_odometry/core/wheel_fit.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -156,17 +157,30 @@ Eigen::Array4d WheelFit::measuredTravels(const StepReadings& readings) const {
   return y;
 }
 
+WheelFit::Believed WheelFit::believed(const StepReadings& readings) const {
+  Believed believed{used_, rounding_};
+  if (!readings.leavesOut()) return believed;
+  for (Eigen::Index i = 0; i < believed.wheels.size(); ++i) {
+    if (!readings.left_out.values[static_cast<std::size_t>(i)]) continue;
+    believed.wheels(i) = 0.0;
+    believed.rounding(i) = std::numeric_limits<double>::infinity();
+  }
+  return believed;
+}
+
 /// (W2): how far the car goes, for the path ratios of the equations.
-double WheelFit::commonTravel(const FitEquations& equations, const StepReadings& readings) const {
+double WheelFit::commonTravel(const FitEquations& equations, const StepReadings& readings,
+                              const Believed& believed) const {
   const Eigen::Array4d readings_abs = Eigen::Map<const Eigen::Array4d>(readings.travel.values.data()).abs();
-  return (readings_abs * used_).sum() / (equations.path_ratio * used_).sum();
+  return (readings_abs * believed.wheels).sum() / (equations.path_ratio * believed.wheels).sum();
 }
 
 /// R_0 of (W2): noise that adds up over the drive. `travel` is common to all: each wheel and each axle goes
 /// so far times its ratio.
-FitCovariance WheelFit::pathNoise(const FitEquations& equations, double travel, double rear_slope) const {
+FitCovariance WheelFit::pathNoise(const FitEquations& equations, double travel, double rear_slope,
+                                  const Believed& believed) const {
   const Eigen::Array2d V = travel * equations.axle_ratio;
-  const Eigen::Array4d wheels = (wheel_variance_ * travel) * equations.path_ratio * used_;
+  const Eigen::Array4d wheels = (wheel_variance_ * travel) * equations.path_ratio * believed.wheels;
   if (!shared_sensor_) return {wheels, (sensor_variance_ + lateral_variance_) * V, 0.0};
   // One reading, one error of variance sensor/V_front, which moves the axles by V_front and by f' V_rear.
   const double rear_over_front = equations.axle_ratio(1) / equations.axle_ratio(0);
@@ -176,23 +190,64 @@ FitCovariance WheelFit::pathNoise(const FitEquations& equations, double travel, 
   return {wheels, per_metre * V, sensor_variance_ * rear_slope * V(1)};
 }
 
+/// What errors of the angles beyond their noise do to the axles' rows, (W5): the wheels then tell how the car
+/// turns. Not part of the noise, since such an error outlasts the step (SteeringDoubt).
+FitCovariance WheelFit::doubt(const FitEquations& equations, double travel, double rear_slope,
+                              const PerAxle<double>& sigma) const {
+  const Eigen::Array2d V = travel * equations.axle_ratio;
+  if (!shared_sensor_)
+    return {Eigen::Array4d::Zero(), (V * Eigen::Array2d(sigma.front, sigma.rear)).square(), 0.0};
+  const Eigen::Array2d along = sigma.front * V * Eigen::Array2d(1.0, rear_slope);
+  return {Eigen::Array4d::Zero(), along.square(), along(0) * along(1)};
+}
+
+/// R of (W2).
+FitCovariance WheelFit::weighting(const Solved& solved, const StepReadings& readings) const {
+  FitCovariance R{solved.path_noise.wheels + solved.believed.rounding,
+                  solved.path_noise.axles + kFloorVariance, solved.path_noise.shared};
+  if (!readings.isDoubted()) return R;
+  const FitCovariance doubted =
+      doubt(solved.equations, solved.travel, solved.rear_slope, readings.steering_doubt);
+  R.axles += doubted.axles;
+  R.shared += doubted.shared;
+  return R;
+}
+
+WheelFit::Solved WheelFit::solve(const StepReadings& readings) const {
+  const SteeringAngles angles = readings.mean();
+  Solved solved;
+  solved.rear_slope = shared_sensor_ ? vehicle_.rear_steering.slope(angles.front) : 0.0;
+  solved.believed = believed(readings);
+  solved.equations = fitEquations(geometry_, angles);
+  solved.travel = commonTravel(solved.equations, readings, solved.believed);
+  solved.path_noise = pathNoise(solved.equations, solved.travel, solved.rear_slope, solved.believed);
+  solved.R = weighting(solved, readings);
+  solved.fit = solveFit(solved.equations.H, solved.R, measuredTravels(readings));
+  return solved;
+}
+
 /// One piece of code (flatten): its parts pass more between them than fits in registers.
 [[gnu::flatten]] void WheelFit::update(const StepReadings& readings, BodyIncrement& increment) const {
-  const SteeringAngles angles = readings.mean();
-  const double rear_slope = shared_sensor_ ? vehicle_.rear_steering.slope(angles.front) : 0.0;
-  const FitEquations equations = fitEquations(geometry_, angles);
-  const Eigen::Array4d travels = measuredTravels(readings);
-  const double travel = commonTravel(equations, readings);
-  const FitCovariance path_noise = pathNoise(equations, travel, rear_slope);
-  const FitCovariance R{path_noise.wheels + rounding_, path_noise.axles + kFloorVariance, path_noise.shared};
-  const FitSolution fit = solveFit(equations.H, R, travels);
-
-  setSymmetricProduct(fit.Kt, path_noise * fit.Kt, increment.path_covariance);
-  setSensitivity(equations.H, fit, readings, rear_slope, increment.J_motion_systematic);
-  setResiduals(fit, increment.residuals);
+  const Solved solved = solve(readings);
+  const FitSolution& fit = solved.fit;
+  setSymmetricProduct(fit.Kt, solved.path_noise * fit.Kt, increment.path_covariance);
+  setSensitivity(solved.equations.H, fit, readings, solved.rear_slope, increment.J_motion_systematic);
+  setResiduals(solved, readings, increment.residuals);
   increment.motion = fit.motion;
-  increment.step_covariance = fit.P;
-  subtractSteeringOfOtherSteps(fit, equations.axle_ratio * travel, path_noise, increment.step_covariance);
+  setStepCovariance(solved, readings, increment.step_covariance);
+}
+
+/// P, but for what the doubt of the angles has added to its weights.
+void WheelFit::setStepCovariance(const Solved& solved, const StepReadings& readings,
+                                 Eigen::Matrix3d& step_covariance) const {
+  step_covariance = solved.fit.P;
+  if (readings.isDoubted()) {
+    const FitCovariance doubted =
+        doubt(solved.equations, solved.travel, solved.rear_slope, readings.steering_doubt);
+    step_covariance -= solved.fit.Kt.transpose() * (doubted * solved.fit.Kt);
+  }
+  subtractSteeringOfOtherSteps(solved.fit, solved.equations.axle_ratio * solved.travel, solved.path_noise,
+                               step_covariance);
 }
 
 /// R has the errors of the angles as if fresh in each step, so that they add up as they should; a shorter
@@ -216,24 +271,13 @@ void WheelFit::subtractSteeringOfOtherSteps(const FitSolution& fit, const Eigen:
   }
 }
 
-WheelFit::Solved WheelFit::solve(const StepReadings& readings) const {
-  const SteeringAngles angles = readings.mean();
-  Solved solved;
-  solved.rear_slope = shared_sensor_ ? vehicle_.rear_steering.slope(angles.front) : 0.0;
-  solved.equations = fitEquations(geometry_, angles);
-  solved.travel = commonTravel(solved.equations, readings);
-  const FitCovariance path_noise = pathNoise(solved.equations, solved.travel, solved.rear_slope);
-  solved.R = {path_noise.wheels + rounding_, path_noise.axles + kFloorVariance, path_noise.shared};
-  solved.fit = solveFit(solved.equations.H, solved.R, measuredTravels(readings));
-  return solved;
-}
-
 StepNoise WheelFit::noiseSources(const StepReadings& readings) const {
   const Solved solved = solve(readings);
   const FitEquations& equations = solved.equations;
   StepNoise noise;
   noise.J_motion_wheel = solved.fit.Kt.topRows<4>().transpose();
-  Eigen::Map<Eigen::Array4d>(noise.wheel_path.values.data()) = solved.travel * equations.path_ratio * used_;
+  Eigen::Map<Eigen::Array4d>(noise.wheel_path.values.data()) =
+      solved.travel * equations.path_ratio * solved.believed.wheels;
   noise.J_motion_slip = solved.fit.Kt.bottomRows<2>().transpose();
   noise.axle_path = {solved.travel * equations.axle_ratio(0), solved.travel * equations.axle_ratio(1)};
   return noise;
@@ -279,11 +323,17 @@ ParameterEvidence WheelFit::evidence(const StepReadings& readings) const {
   return evidence;
 }
 
-void WheelFit::setResiduals(const FitSolution& fit, FitResiduals& residuals) const {
+void WheelFit::setResiduals(const Solved& solved, const StepReadings& readings,
+                            FitResiduals& residuals) const {
+  const FitSolution& fit = solved.fit;
   Eigen::Map<Eigen::Array4d>(residuals.wheel.values.data()) = fit.residual.head<4>().array() * used_;
   residuals.axle = {fit.residual(4), fit.residual(5)};
   residuals.chi_square = fit.chi_square;
   residuals.degrees_of_freedom = wheels_used_ - 1;  // and two axles, less three unknowns
+  if (readings.leavesOut()) residuals.degrees_of_freedom = static_cast<int>(solved.believed.wheels.sum()) - 1;
+  for (const double doubt : {readings.steering_doubt.front, readings.steering_doubt.rear})
+    if (doubt > 0.0) --residuals.degrees_of_freedom;
+  residuals.degrees_of_freedom = std::max(residuals.degrees_of_freedom, 0);
 }
 
 /// An axle's row moves by the travel V_j along its angle; a wheel's row by the sideways travel of the wheel,

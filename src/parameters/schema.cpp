@@ -88,6 +88,7 @@ Schema odometrySchema(OdometryOptions& o) {
                               {"rear", AxleSelection::kRear}}}),
       choice<Motion>("odometry/motion", o.motion, {{{"exact", Motion::kExact}, {"paper", Motion::kPaper}}}),
       flag("odometry/shortened_track", o.shortened_track),
+      flag("odometry/fault_detection", o.fault_detection),
       choice<Uncertainty>("odometry/uncertainty", o.uncertainty,
                           {{{"first_order", Uncertainty::kFirstOrder},
                             {"exact_moments", Uncertainty::kExactMoments},

@@ -12,10 +12,12 @@ using calibration::LaserVerdict;
 
 namespace {
 
-/// Nobody asks a calibration for relative motions or for the odometry's covariance.
+/// Nobody asks a calibration for relative motions or for the odometry's covariance; and a wheel that is left
+/// out because its gain is wrong would never be calibrated.
 Parameters forOdometry(Parameters parameters) {
   parameters.relative_motion.history = Duration::zero();
   parameters.odometry.uncertainty = Uncertainty::kFirstOrder;
+  parameters.odometry.fault_detection = false;
   return parameters;
 }
 

@@ -1,5 +1,6 @@
 #include "bs_car_odometry/ros/odometry_diagnostics.hpp"
 
+#include "bs_car_odometry/ros/fault_sentences.hpp"
 #include "bs_car_odometry/ros/verdicts.hpp"
 
 namespace bs_car_odometry {
@@ -41,6 +42,11 @@ void OdometryDiagnostics::add(Status& status, unsigned char level, Verdict verdi
   status.mergeSummary(level, std::to_string(times) + " dropped: " + explain(verdict, pipeline_.counts()));
 }
 
+void OdometryDiagnostics::addFault(Status& status, std::size_t sensor) const {
+  const SensorState& state = sensors_.sensors[sensor];
+  if (state.fault != SensorFault::kNone) status.mergeSummary(level(state), explain(sensor, state));
+}
+
 void OdometryDiagnostics::encoders(Status& status) {
   status.summary(Level::OK, "wheel messages arrive");
   if (newest_wheels_.isZero()) {
@@ -51,8 +57,14 @@ void OdometryDiagnostics::encoders(Status& status) {
     status.summary(Level::ERROR,
                    "no wheel message for " + std::to_string(silence) + " s: is the driver running?");
   }
+  for (const Wheel wheel : kAllWheels) addFault(status, sensor(wheel));
+  status.mergeSummary(sensors_.determined ? Level::OK : Level::ERROR, explainUndetermined(sensors_));
   add(status, Level::WARN, Verdict::kImplausible);
   add(status, Level::WARN, Verdict::kOverflow);
+  if (pipeline_.counts().wheel_jumps > reported_.wheel_jumps)
+    status.mergeSummary(Level::WARN,
+                        "the counter of a wheel jumped further than 'max_speed' allows and was "
+                        "left out: check its encoder and cable");
   if (pipeline_.counts().counter_restarts > reported_.counter_restarts)
     status.mergeSummary(Level::WARN,
                         "the counters jumped and were taken as a new reference: was the driver restarted?");
@@ -67,6 +79,7 @@ void OdometryDiagnostics::steering(Status& status) {
     if (needed[axle] && !pipeline_.hasSteering(axle))
       status.mergeSummary(Level::ERROR, std::string("waiting for steering: no angle on ") + name(axle) +
                                             "_steering yet; is it published, and remapped to this node?");
+  for (const Axle axle : kAllAxles) addFault(status, sensor(axle));
   if (state_ == OdometryState::kNoSteering) status.mergeSummary(Level::ERROR, explain(state_));
   add(status, Level::WARN, Verdict::kNotFinite);
   add(status, Level::WARN, Verdict::kSteeringLimit);

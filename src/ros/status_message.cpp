@@ -1,4 +1,5 @@
 #include "bs_car_odometry/ros/conversions.hpp"
+#include "bs_car_odometry/ros/fault_sentences.hpp"
 #include "bs_car_odometry/ros/verdicts.hpp"
 
 #include <algorithm>
@@ -34,6 +35,7 @@ void fillCounts(const InputCounts& counts, OdometryStatus& message) {
   message.dropped_overflow = counts[Verdict::kOverflow];
   message.steering_held = counts.steering_held;
   message.counter_restarts = counts.counter_restarts;
+  message.wheel_jumps = counts.wheel_jumps;
   message.gaps = counts.gaps;
   message.refused_states = counts.refused_states;
 }
@@ -48,6 +50,25 @@ void fillQuantiles(const PoseQuantiles& quantiles, OdometryStatus& message) {
   copy(quantiles.yaw, message.quantiles_yaw);
 }
 
+void fillFaults(const SensorReport& report, OdometryStatus& message) {
+  bool faulty = !report.determined;
+  for (std::size_t i = 0; i < kSensors; ++i) {
+    const SensorState& state = report.sensors[i];
+    const auto fault = static_cast<std::uint8_t>(state.fault);
+    faulty |= state.fault != SensorFault::kNone;
+    if (isWheel(i)) {
+      message.wheel_fault[i] = fault;
+      message.wheel_ratio[i] = state.ratio;
+    } else {
+      message.steering_fault[i - kWheels] = fault;
+    }
+  }
+  message.exclusions = report.exclusions;
+  if (!faulty || message.state != OdometryStatus::NOMINAL) return;
+  message.state = OdometryStatus::DEGRADED;
+  message.reason = report.determined ? explain(report) : explainUndetermined(report);
+}
+
 }  // namespace
 
 void fillStatus(const OdometryUpdate& update, const OutputFrames& frames, OdometryStatus& message) {
@@ -56,6 +77,7 @@ void fillStatus(const OdometryUpdate& update, const OutputFrames& frames, Odomet
   message.header.frame_id = frames.base;
   message.state = stateName(report.state);
   message.reason = explain(report.state);
+  fillFaults(report.sensors, message);
   message.interval = report.interval;
   message.step = report.step;
   for (std::size_t i = 0; i < kWheels; ++i) message.wheel_used[i] = report.wheel_used.values[i];

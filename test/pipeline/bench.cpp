@@ -44,6 +44,8 @@ OdometryConfiguration cycab() {
   configuration.vehicle.track = {1.2, 1.2};
   for (double& metres : configuration.vehicle.metres_per_tick.values) metres = 1e-4;
   configuration.limits.max_speed = 5.0;
+  // Counters and angles of these tests are made up one by one, and contradict each other.
+  configuration.options.fault_detection = false;
   configuration.initial_pose.x = 1.0;
   configuration.initial_pose.y = -2.0;
   configuration.initial_pose.yaw = 0.5;

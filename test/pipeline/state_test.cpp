@@ -35,8 +35,8 @@ TEST(State, O1_non_finite_state_is_not_committed) {
 
 TEST(State, O1_infinite_travel_is_never_taken) {
   OdometryConfiguration configuration = cycab();
-  configuration.vehicle.metres_per_tick[Wheel::kFrontLeft] = 1e308;
   configuration.vehicle.counter_bits = 0;
+  for (const Wheel wheel : kAllWheels) configuration.vehicle.metres_per_tick[wheel] = 1e308;
   Bench bench(configuration);
   const auto first = bench.step(0.0, all(0));
   for (int i = 1; i <= 5; ++i)
@@ -45,6 +45,20 @@ TEST(State, O1_infinite_travel_is_never_taken) {
       EXPECT_EQ(update->estimate.pose.vector(), first->estimate.pose.vector());
     }
   EXPECT_GT(bench.pipeline.counts()[Verdict::kImplausible], 0u);
+}
+
+TEST(State, O1_infinite_travel_of_one_wheel_is_left_out) {
+  OdometryConfiguration configuration = cycab();
+  configuration.vehicle.metres_per_tick[Wheel::kFrontLeft] = 1e308;
+  configuration.vehicle.counter_bits = 0;
+  Bench bench(configuration);
+  bench.step(0.0, all(0));
+  for (int i = 1; i <= 5; ++i) {
+    const auto update = bench.step(i * kPeriod, all(100 * i));
+    ASSERT_TRUE(update && isFinite(*update));
+    EXPECT_NEAR(update->report.distance, 0.01 * i, 1e-9) << "by the other wheels";
+  }
+  EXPECT_EQ(bench.pipeline.counts().wheel_jumps, 5u);
 }
 
 TEST(State, O1_goes_on_when_the_fault_is_over) {

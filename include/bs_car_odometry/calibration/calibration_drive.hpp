@@ -39,6 +39,7 @@ class CalibrationDrive {
     std::array<float, kAxles> begin;
     std::array<float, kAxles> end;
     std::array<float, kAxles> doubt;
+    PerWheel<bool> left_out;
   };
 
   std::deque<StoredStep> steps_;  // not a vector, which needs room for all of them twice when it grows

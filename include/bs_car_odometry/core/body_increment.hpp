@@ -33,13 +33,21 @@ struct StepReadings {
   PerWheel<double> travel;  ///< S = k zeta dN [m], forward positive; 0 where the wheel has no encoder
   SteeringAngles begin;     ///< angles of the axles at both ends of the step, after scale and offset
   SteeringAngles end;
+  PerWheel<bool> left_out;  ///< wheels with an encoder that must not be believed in this step
+  /// Standard deviation of each sensor's angle [rad] beyond its noise; 0 where it is trusted.
+  PerAxle<double> steering_doubt;
+
+  bool isDoubted() const { return steering_doubt.front > 0.0 || steering_doubt.rear > 0.0; }
+  bool leavesOut() const {
+    return left_out.values[0] || left_out.values[1] || left_out.values[2] || left_out.values[3];
+  }
 
   SteeringAngles mean() const { return {0.5 * (begin.front + end.front), 0.5 * (begin.rear + end.rear)}; }
 };
 
 /// How well the readings of a step agree (docs/model.md, W1); all zero when nothing is left over.
 struct FitResiduals {
-  PerWheel<double> wheel;  ///< [m] measured minus fitted travel
+  PerWheel<double> wheel;  ///< [m] measured minus fitted travel, also of wheels that were left out
   PerAxle<double> axle;    ///< [m] sideways travel against the steering angle
   double chi_square{0.0};
   int degrees_of_freedom{0};

@@ -41,7 +41,15 @@ class OdometryEstimator {
   /// Moves the car by one step of readings.
   /// @param interval  duration of the step; none when it is not known, which leaves no twist.
   /// @return false when the result was not finite: the state is kept and its covariance inflated.
-  bool step(const StepReadings& readings, std::optional<Duration> interval);
+  bool step(const StepReadings& readings, std::optional<Duration> interval) {
+    read(readings);
+    return move(readings, interval);
+  }
+
+  /// The first half of step(): readings to body increment, with their residuals; may be done again.
+  const FitResiduals& read(const StepReadings& readings);
+  /// The second half: moves the car by what was read last.
+  bool move(const StepReadings& readings, std::optional<Duration> interval);
 
   /// Says how far the angles of the last step may be trusted; the covariances of pose and twist answer for
   /// it.
@@ -51,6 +59,8 @@ class OdometryEstimator {
 
   /// Adds the covariance of motion that was not seen during `interval`, at up to max_speed.
   void inflate(Duration interval);
+  /// Adds the covariance (x, y, yaw) of an error of the pose, axes of odom.
+  void inflate(const Eigen::Matrix3d& covariance);
 
   /// Says that the twist is not known.
   void forgetTwist();

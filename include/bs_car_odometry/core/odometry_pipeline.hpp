@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bs_car_odometry/core/fault_monitor.hpp"
 #include "bs_car_odometry/core/motion_history.hpp"
 #include "bs_car_odometry/core/odometry_estimator.hpp"
 #include "bs_car_odometry/core/steering_buffer.hpp"
@@ -44,6 +45,7 @@ struct InputCounts {
   std::uint64_t steering_held{0};     ///< steps on the last reading, no newer one having come in time
   std::uint64_t counter_restarts{0};  ///< counters taken as a new reference
   std::uint64_t gaps{0};              ///< intervals longer than max_gap
+  std::uint64_t wheel_jumps{0};       ///< counters of single wheels that jumped and were left out
   std::uint64_t refused_states{0};    ///< steps undone because the result was not finite
   Duration ahead{0};  ///< how far the newest message dropped as kFuture was ahead of the clock
 
@@ -60,6 +62,7 @@ struct StepReport {
   PerWheel<bool> wheel_used;
   PerWheel<double> wheel_travel;  ///< [m]
   FitResiduals residuals;
+  SensorReport sensors;            ///< what was left out, and why
   PerAxle<double> steering_angle;  ///< [rad] mean over the step
   PerAxle<double> steering_age;    ///< [s]
   double distance{0.0};            ///< [m] since the start or reset
@@ -147,13 +150,17 @@ class OdometryPipeline {
   bool steeringReachesBack(Time stamp) const;
   std::optional<OdometryUpdate> process(const WheelCounts& counts, Time completed);
   PerWheel<double> travels(const WheelCounts& from, const WheelCounts& to) const;
-  bool isPlausible(const PerWheel<double>& travels, Duration interval) const;
+  PerWheel<bool> jumps(const WheelCounts& from, const WheelCounts& to, Duration interval) const;
   bool takeReference(const WheelCounts& counts);
   void move(const WheelCounts& counts);
+  StepReadings read(const StepReadings& measured);
+  Eigen::Matrix3d watch(const StepReadings& measured, std::optional<Duration> interval);
+  void leaveOutJumps(StepReadings& readings);
   StepReadings readingsUntil(const WheelCounts& counts);
-  void rememberStep(const TimeSpan& span, bool twist_known, const PerAxle<double>& doubt);
+  void rememberStep(const TimeSpan& span, bool twist_known, const PerAxle<double>& doubt,
+                    const Eigen::Matrix3d& fault_covariance);
   void rememberUnseen(const TimeSpan& span);
-  void reportStep(const StepReadings& readings);
+  void reportStep(const StepReadings& measured, const PerWheel<bool>& left_out);
   PerAxle<double> steeringReadingsAt(Time stamp) const;
   SteeringAngles anglesOf(const PerAxle<double>& readings) const;
   PerAxle<double> steeringAges(Time stamp) const;
@@ -164,11 +171,14 @@ class OdometryPipeline {
   PerAxle<bool> steering_needed_;
   PerWheel<bool> wheel_used_;
   OdometryEstimator estimator_;
+  FaultMonitor monitor_;
   MotionHistory motion_history_;
   PerAxle<SteeringBuffer> steering_;
   std::vector<WheelCounts> waiting_;       ///< in order of stamps
   std::optional<WheelCounts> reference_;   ///< counters at the present pose
   std::optional<WheelCounts> suspicious_;  ///< implausible counters, a restart if the next ones follow them
+  PerWheel<bool> jumped_;                  ///< in the message that is being processed,
+  PerWheel<bool> jumped_before_;           ///< and in that of the reference
   std::optional<Time> newest_wheels_;
   bool reference_time_known_{false};  ///< false after rebaseTime: the interval from reference_ is unknown
   PerAxle<double> last_readings_;     ///< of the steering at the reference [rad], before scale and offset

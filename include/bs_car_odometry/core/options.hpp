@@ -47,6 +47,7 @@ struct OdometryOptions {
   Motion motion{Motion::kExact};
   bool shortened_track{true};  ///< false: B instead of B cos(alpha), P1's trace "Odometry 2"
   Uncertainty uncertainty{Uncertainty::kFirstOrder};
+  bool fault_detection{true};  ///< leave out sensors that contradict the others, with both axles
   SystematicRule systematic_rule{SystematicRule::kDegreeFive};
   ParticleOptions particles;
 };

@@ -89,7 +89,8 @@ FitSolution solveFit(const FitMatrix<3>& H, const FitCovariance& R, const Eigen:
 FitMatrix<1> normalisedResiduals(const FitMatrix<3>& H, const FitCovariance& R, const FitSolution& solution);
 
 /// Odometry from every wheel that has an encoder and both steering angles, weighted least squares
-/// (docs/model.md, section 6).
+/// (docs/model.md, section 6). Wheels that the readings leave out have no weight, and axles whose angle is
+/// doubted the less the more it is.
 class WheelFit {
  public:
   WheelFit(const Vehicle& vehicle, const NoiseModel& noise);
@@ -110,19 +111,34 @@ class WheelFit {
   ParameterEvidence evidence(const StepReadings& readings) const;
 
  private:
+  /// The wheels that a step may use.
+  struct Believed {
+    Eigen::Array4d wheels;    ///< 1, or 0
+    Eigen::Array4d rounding;  ///< variance of the counters' rounding [m^2], infinite for the others
+  };
   /// Everything that leads to the motion of a step.
   struct Solved {
     double rear_slope;
+    Believed believed;
     FitEquations equations;
     double travel;
+    FitCovariance path_noise;  ///< R_0
     FitCovariance R;
     FitSolution fit;
   };
   Solved solve(const StepReadings& readings) const;
+  Believed believed(const StepReadings& readings) const;
   Eigen::Array4d measuredTravels(const StepReadings& readings) const;
-  double commonTravel(const FitEquations& equations, const StepReadings& readings) const;
-  FitCovariance pathNoise(const FitEquations& equations, double travel, double rear_slope) const;
-  void setResiduals(const FitSolution& fit, FitResiduals& residuals) const;
+  double commonTravel(const FitEquations& equations, const StepReadings& readings,
+                      const Believed& believed) const;
+  FitCovariance pathNoise(const FitEquations& equations, double travel, double rear_slope,
+                          const Believed& believed) const;
+  FitCovariance doubt(const FitEquations& equations, double travel, double rear_slope,
+                      const PerAxle<double>& sigma) const;
+  FitCovariance weighting(const Solved& solved, const StepReadings& readings) const;
+  void setResiduals(const Solved& solved, const StepReadings& readings, FitResiduals& residuals) const;
+  void setStepCovariance(const Solved& solved, const StepReadings& readings,
+                         Eigen::Matrix3d& step_covariance) const;
   void subtractSteeringOfOtherSteps(const FitSolution& fit, const Eigen::Array2d& V,
                                     const FitCovariance& path_noise, Eigen::Matrix3d& step_covariance) const;
   /// Derivatives of the equations by the axles' angles.

@@ -24,7 +24,10 @@ class OdometryDiagnostics {
     calibration_level_ = level;
     calibration_text_ = text;
   }
-  void noteUpdate(const OdometryUpdate& update) { state_ = update.report.state; }
+  void noteUpdate(const OdometryUpdate& update) {
+    state_ = update.report.state;
+    sensors_ = update.report.sensors;
+  }
 
  private:
   using Status = diagnostic_updater::DiagnosticStatusWrapper;
@@ -39,11 +42,14 @@ class OdometryDiagnostics {
   /// Merges a level and the sentence of a verdict when it was given since the last report.
   void add(Status& status, unsigned char level, Verdict verdict) const;
 
+  void addFault(Status& status, std::size_t sensor) const;
+
   const OdometryPipeline& pipeline_;
   diagnostic_updater::Updater updater_;
   ros::WallTimer timer_;
   ros::SteadyTime newest_wheels_;
   OdometryState state_{OdometryState::kNominal};
+  SensorReport sensors_;
   unsigned char calibration_level_{diagnostic_msgs::DiagnosticStatus::OK};
   std::string calibration_text_{"none: the gains are those of the vehicle file"};
   InputCounts reported_;

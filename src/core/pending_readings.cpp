@@ -1,8 +1,8 @@
-#include "bs_car_odometry/calibration/evidence.hpp"
+#include "bs_car_odometry/core/pending_readings.hpp"
 
 #include <cmath>
 
-namespace bs_car_odometry::calibration {
+namespace bs_car_odometry {
 
 namespace {
 
@@ -45,4 +45,4 @@ StepReadings PendingReadings::readings() const {
   return readings;
 }
 
-}  // namespace bs_car_odometry::calibration
+}  // namespace bs_car_odometry
