@@ -1,6 +1,8 @@
 #include "simulated_calibration.hpp"
 
+#include "bs_car_odometry/calibration/drive_bound.hpp"
 #include "bs_car_odometry/calibration/planar.hpp"
+#include "bs_car_odometry/parameters/configuration.hpp"
 #include "bs_car_odometry/simulation/random.hpp"
 #include "calibration_drive.hpp"
 
@@ -87,6 +89,48 @@ CalibratedDrive calibrate(const SimulatedDrive& simulated, const Parameters& par
   calibrate(calibrator, parameters, samples, lasers, 0,
             [&](const OdometryUpdate& update) { recorder.add(update); });
   return {recorder.take(), calibrator.estimate()};
+}
+
+Parameters withPrior(double prior, AxleSelection axles) {
+  Parameters parameters = cycabParameters(axles);
+  parameters.calibration.prior.k_r = prior;
+  parameters.calibration.prior.k_l = prior;
+  parameters.calibration.prior.k_b = prior;
+  return parameters;
+}
+
+SimulatedDrive drawnDrive(const std::string& scenario, const Parameters& parameters, std::uint64_t seed) {
+  SimulatedDrive drive;
+  drive.scenario = scenario;
+  drive.seed = seed;
+  drive.noise = parameters.noise;
+  drive.laser_sigma = parameters.laser_sigma;
+  drive.truth = drawTruth(parameters, seed);
+  return drive;
+}
+
+double deviation(const ParameterMatrix& covariance, std::size_t parameter) {
+  const auto i = static_cast<Eigen::Index>(parameter);
+  return std::sqrt(covariance(i, i));
+}
+
+ParameterVector boundOf(const std::string& scenario, const Parameters& parameters) {
+  laboratory::DriveSettings settings;
+  settings.scenario = scenario;
+  settings.rate = 50.0;
+  settings.axles = parameters.odometry.axles;
+  DriveBound bound(parameters, parametersToEstimate(parameters), priorDeviations(parameters));
+  const Eigen::Vector3d sigma(parameters.laser_sigma.position, parameters.laser_sigma.position,
+                              parameters.laser_sigma.yaw);
+  const Eigen::Matrix3d R = sigma.cwiseAbs2().asDiagonal();
+  OdometryPipeline pipeline(toConfiguration(parameters));
+  std::size_t i = 0;
+  for (const laboratory::Sample& sample : laboratory::record(parameters.vehicle, settings)) {
+    const OdometryUpdate update = laboratory::step(pipeline, sample);
+    if (update.step) bound.move(*update.step);
+    if (i++ % kSamplesALaser == 0) bound.update(R);
+  }
+  return bound.deviations();
 }
 
 }  // namespace bs_car_odometry::calibration

@@ -193,6 +193,47 @@ TEST_F(CalibrateTool, C7_aWrongRadiusIsNamed) {
   }
 }
 
+TEST_F(CalibrateTool, theObjectiveIsChosenAndNoted) {
+  const std::string bag = drive("a.bag", "slalom_eight");
+  ASSERT_EQ(calibrateBags({bag}).status, 0);
+  const CalibrationResult likelihood = result();
+  EXPECT_THAT(textOf(file_), HasSubstr("objective: likelihood"));
+  const Outcome outcome = calibrateBags({bag, "--objective", "path"});
+  ASSERT_EQ(outcome.status, 0) << outcome.error;
+  EXPECT_THAT(textOf(file_), HasSubstr("objective: path"));
+  const CalibrationResult path = result();
+  EXPECT_EQ(path.listed, likelihood.listed);
+  EXPECT_NE(path.values, likelihood.values);
+  for (const std::size_t p : {systematic::kRearRight, systematic::kRearLeft, systematic::kRearTrack}) {
+    const auto i = static_cast<Eigen::Index>(p);
+    const double deviation = std::sqrt(path.covariance(i, i));
+    EXPECT_GT(deviation, std::sqrt(likelihood.covariance(i, i)));  // by the noise model it knows less
+    EXPECT_NEAR(path.values[i], likelihood.values[i], 4.0 * deviation);
+  }
+}
+
+TEST_F(CalibrateTool, theObjectiveOfAPathKeepsWhatItDoesNotShow) {
+  const std::string bag = drive("s.bag", "straight");
+  const Outcome refused = calibrateBags({bag, "--objective", "path"});
+  EXPECT_EQ(refused.status, kNotObservedStatus) << refused.error;
+  EXPECT_FALSE(written());
+  const Outcome partial =
+      calibrateBags({bag, "--objective", "path", "--set", "calibration/allow_partial=true"});
+  EXPECT_EQ(partial.status, 0) << partial.error;
+  EXPECT_FALSE(result().listed[systematic::kRearTrack]);
+  EXPECT_TRUE(result().not_observed[systematic::kRearTrack]);
+  EXPECT_TRUE(result().listed[systematic::kRearRight]);
+}
+
+TEST_F(CalibrateTool, anObjectiveThatDoesNotExistIsRefused) {
+  const std::string bag = drive("a.bag", "fig4");
+  EXPECT_THAT(calibrateBags({bag, "--objective", "drift"}).error,
+              HasSubstr("likelihood or path, not 'drift'"));
+  const Outcome nothing = calibrateBags({bag, "--objective", "path", "--no-refine"});
+  EXPECT_EQ(nothing.status, kInputErrorStatus);
+  EXPECT_THAT(nothing.error, HasSubstr("--no-refine"));
+}
+
 /// The same messages, with a transform before them.
 void addTransform(const std::string& from, const std::string& to,
                   const geometry_msgs::TransformStamped& mount) {
