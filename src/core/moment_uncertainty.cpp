@@ -71,7 +71,7 @@ void ExactMoments::getTotal(Eigen::Matrix3d& total) const {
     total.topLeftCorner<2, 2>() += offset * other.transpose() + other * offset.transpose();
   }
   total.topLeftCorner<2, 2>() += offset * offset.transpose();
-  if (!isPositiveDefinite(total)) total = withoutNegativeVariances(total);
+  repaired_ = repair(total);
 }
 
 void ClosedForm::reset(const Pose2& pose, const Eigen::Matrix3d& covariance) {

@@ -13,4 +13,12 @@ Eigen::Matrix3d withoutNegativeVariances(const Eigen::Matrix3d& covariance) {
   return 0.5 * (nearest + nearest.transpose());
 }
 
+bool repair(Eigen::Matrix3d& covariance) {
+  constexpr double kRounding = 1e-12;  // of the largest eigenvalue, what is published may be negative by
+  if (isPositiveDefinite(covariance)) return false;
+  const Eigen::Matrix3d before = covariance;
+  covariance = withoutNegativeVariances(before);
+  return (covariance - before).norm() > kRounding * covariance.norm();
+}
+
 }  // namespace bs_car_odometry

@@ -70,7 +70,10 @@ Verdict OdometryPipeline::addSteering(Axle axle, Time stamp, Time receipt, doubl
   if (!std::isfinite(reading)) return count(Verdict::kNotFinite);
   const SteeringCalibration& calibration = configuration_.vehicle.steering[axle];
   const double angle = calibration.scale * reading + calibration.offset;
-  if (std::abs(angle) > configuration_.limits.steering_limit) return count(Verdict::kSteeringLimit);
+  if (std::abs(angle) > configuration_.limits.steering_limit) {
+    counts_.refused_angle = angle;
+    return count(Verdict::kSteeringLimit);
+  }
   switch (steering_[axle].insert(stamp, reading)) {
     case SteeringBuffer::Inserted::kRepeated:
       return count(Verdict::kRepeated);
@@ -149,6 +152,8 @@ std::optional<OdometryUpdate> OdometryPipeline::process(const WheelCounts& count
     report_.steering_angle = {angles.front, angles.rear};
     reference_ = counts;
     reference_time_known_ = true;
+  } else if (reference_time_known_ && isAmbiguous(counts.stamp - reference_->stamp)) {
+    takeAnew(counts);
   } else if (takeReference(counts)) {
     move(counts);
   } else {
@@ -217,6 +222,34 @@ void OdometryPipeline::leaveOutJumps(StepReadings& readings) {
   jumped_before_ = jumped_;
 }
 
+/// True for a gap in which a wheel may have turned by half of its counter's range, so that which way and how
+/// far it went is lost.
+bool OdometryPipeline::isAmbiguous(Duration interval) const {
+  const Vehicle& vehicle = configuration_.vehicle;
+  if (interval <= configuration_.limits.max_gap || vehicle.counter_bits <= 0) return false;
+  const double furthest = configuration_.limits.max_speed * toSeconds(interval);
+  const double half_range = std::ldexp(1.0, vehicle.counter_bits - 1);
+  for (const Wheel wheel : kAllWheels)
+    if (wheel_used_[wheel] && std::abs(vehicle.calibratedMetresPerTick(wheel)) * half_range < furthest)
+      return true;
+  return false;
+}
+
+/// The car stays where it was, as far as is known, and may be anywhere around.
+void OdometryPipeline::takeAnew(const WheelCounts& counts) {
+  const TimeSpan unseen{reference_->stamp, counts.stamp};
+  ++counts_.gaps;
+  ++counts_.ambiguous_gaps;
+  report_.interval = toSeconds(unseen.end - unseen.begin);
+  estimator_.inflate(unseen.end - unseen.begin);
+  estimator_.forgetTwist();
+  rememberUnseen(unseen);
+  last_readings_ = steeringReadingsAt(counts.stamp);
+  reference_ = counts;
+  suspicious_.reset();
+  jumped_ = jumped_before_ = PerWheel<bool>();
+}
+
 /// Also takes the steering at its end as that of the next reference.
 StepReadings OdometryPipeline::readingsUntil(const WheelCounts& counts) {
   StepReadings readings;
@@ -258,9 +291,10 @@ void OdometryPipeline::move(const WheelCounts& counts) {
   }
   const PerAxle<double> total_doubt = larger(doubt, readings.steering_doubt);
   estimator_.doubtSteering(interval, total_doubt);
-  const Eigen::Matrix3d fault_covariance = watch(measured, interval);
+  Eigen::Matrix3d unforeseen = watch(measured, interval);
+  if (span && !interval) unforeseen.diagonal() += bendPath(readings, total_doubt);
   if (span) {
-    rememberStep(*span, interval.has_value(), total_doubt, fault_covariance);
+    rememberStep(*span, interval.has_value(), total_doubt, unforeseen);
     step_ = {*span, readings, total_doubt};
   }
   reportStep(measured, readings.left_out);
@@ -290,13 +324,33 @@ Eigen::Matrix3d OdometryPipeline::watch(const StepReadings& measured, std::optio
   return *covariance;
 }
 
+/// Adds to the pose what the first order of doubtSteering() leaves out of a gap's motion. A path whose
+/// heading changes by an unknown N(0, sigma^2) ends short of where it leads straight on, by sigma^2 / 24 of
+/// its length to second order; it cannot end further off than its length.
+/// @return variances (x, y, yaw) of it, along the path as the history takes it, where an error at the end is
+///         shorter by chord over arc
+Eigen::Vector3d OdometryPipeline::bendPath(const StepReadings& readings, const PerAxle<double>& doubt) {
+  const BodyIncrement& increment = estimator_.lastIncrement();
+  const SystematicSensitivity& J = increment.J_motion_systematic;
+  const double turn =
+      std::hypot(J(2, systematic::kFrontOffset) * doubt.front, J(2, systematic::kRearOffset) * doubt.rear);
+  double length = 0.0;
+  for (const double travel : readings.travel.values) length = std::max(length, std::abs(travel));
+  const double shortfall = length * -std::expm1(-turn * turn / 8.0);
+  const Eigen::Vector3d variances = Eigen::Vector3d(shortfall, shortfall, 0.0).cwiseAbs2();
+  estimator_.inflate(Eigen::Matrix3d(variances.asDiagonal()));
+  const double half_turn = 0.5 * increment.motion.z();
+  const double chord = half_turn == 0.0 ? 1.0 : std::sin(half_turn) / half_turn;
+  return variances / std::max(chord * chord, 1e-6);
+}
+
 /// Inside a gap the motion is as unknown as if it had not been seen, although its sum is known.
 void OdometryPipeline::rememberStep(const TimeSpan& span, bool twist_known, const PerAxle<double>& doubt,
-                                    const Eigen::Matrix3d& fault_covariance) {
+                                    const Eigen::Matrix3d& unforeseen) {
   const Eigen::Vector3d within =
       twist_known ? Eigen::Vector3d::Zero() : unseenMotion(configuration_, span.end - span.begin);
   BodyIncrement increment = estimator_.lastIncrement();
-  increment.path_covariance += fault_covariance;
+  increment.path_covariance += unforeseen;
   motion_history_.addStep(span, increment, doubt, within);
 }
 
@@ -371,9 +425,11 @@ PerAxle<double> OdometryPipeline::steeringDoubt(double interval) const {
 
 OdometryUpdate OdometryPipeline::update(const WheelCounts& counts, Time completed) {
   ++counts_.wheel_messages;
+  OdometryEstimate estimate = estimator_.estimate();
+  if (repair(estimate.pose_covariance) || estimator_.uncertainty().repaired()) ++counts_.covariance_repairs;
   report_.counts = counts_;
   report_.quantiles = estimator_.quantiles();
-  return {counts.stamp, completed, estimator_.estimate(), report_, step_};
+  return {counts.stamp, completed, estimate, report_, step_};
 }
 
 void OdometryPipeline::reset() {
@@ -407,7 +463,9 @@ void OdometryPipeline::rebaseTime() {
 }
 
 void OdometryPipeline::setPose(const Pose2& pose, const Eigen::Matrix3d& covariance) {
-  estimator_.setPose(pose, withoutNegativeVariances(covariance));
+  Eigen::Matrix3d sound = 0.5 * (covariance + covariance.transpose());
+  if (repair(sound)) ++counts_.covariance_repairs;
+  estimator_.setPose(pose, sound);
 }
 
 OdometryCalibration OdometryPipeline::calibration() const {

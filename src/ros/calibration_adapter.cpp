@@ -42,16 +42,18 @@ void CalibrationAdapter::setListener(Listener listener) {
   calibrator_->setListener(listener_);
 }
 
-Verdict CalibrationAdapter::add(const WheelTicks& message, const ros::Time& receipt) {
-  return odometry_.add(message, receipt);
+Verdict CalibrationAdapter::add(const WheelTicks& message, const ros::Time& receipt, const Sender& sender) {
+  return odometry_.add(message, receipt, sender);
 }
 
-Verdict CalibrationAdapter::add(Axle axle, const SteeringAngle& message, const ros::Time& receipt) {
-  return odometry_.add(axle, message, receipt);
+Verdict CalibrationAdapter::add(Axle axle, const SteeringAngle& message, const ros::Time& receipt,
+                                const Sender& sender) {
+  return odometry_.add(axle, message, receipt, sender);
 }
 
-JointVerdicts CalibrationAdapter::add(const RawJointState& message, const ros::Time& receipt) {
-  return odometry_.add(message, receipt);
+JointVerdicts CalibrationAdapter::add(const RawJointState& message, const ros::Time& receipt,
+                                      const Sender& sender) {
+  return odometry_.add(message, receipt, sender);
 }
 
 LaserVerdict CalibrationAdapter::add(const geometry_msgs::PoseWithCovarianceStamped& message,

@@ -21,18 +21,8 @@ namespace {
 
 // Every message counts: a bag that is played fast is caught up with, a flood is not hoarded.
 constexpr std::uint32_t kQueueSize = 5000;
-constexpr double kLogPeriod = 5.0;          // [s] between warnings of one cause
 constexpr double kPathPeriod = 1.0;         // [s]
 constexpr double kCheckpointPeriod = 10.0;  // [s]
-constexpr double kLongestWait = 1e6;        // [s], within what a timer takes
-
-/// True at most once in kLogPeriod.
-bool isDue(ros::SteadyTime& warned) {
-  const ros::SteadyTime now = ros::SteadyTime::now();
-  if (!warned.isZero() && (now - warned).toSec() < kLogPeriod) return false;
-  warned = now;
-  return true;
-}
 
 }  // namespace
 
@@ -43,7 +33,8 @@ CalibrationRos::CalibrationRos(const ros::NodeHandle& node, const ros::NodeHandl
       reckoning_(adapter_.parameters()),
       paths_(adapter_.parameters()),
       diagnostics_(node, private_node, adapter_),
-      clock_(adapter_.parameters().limits.max_future) {
+      clock_(adapter_.parameters().limits.max_future),
+      wait_timer_(node, [this](const ros::Time& now) { takeAndWait(now); }) {
   state_.vehicle = adapter_.parameters().vehicle.name;
   state_.vehicle_checksum = calibration::vehicleChecksum(adapter_.parameters());
   adapter_.setListener([this](const CalibrationUpdate& update) { note(update); });
@@ -65,14 +56,6 @@ void CalibrationRos::advertise() {
                                       [this](const ros::WallTimerEvent&) { publishPaths(); });
   checkpoint_timer_ = node_.createWallTimer(ros::WallDuration(kCheckpointPeriod),
                                             [this](const ros::WallTimerEvent&) { keep(); });
-  // Idle until startWaiting() sets its period.
-  wait_timer_ = node_.createTimer(
-      ros::Duration(kLongestWait),
-      [this](const ros::TimerEvent&) {
-        takeUpdates(ros::Time::now());
-        startWaiting(ros::Time::now());
-      },
-      true, false);
 }
 
 void CalibrationRos::advertiseServices() {
@@ -83,9 +66,13 @@ void CalibrationRos::advertiseServices() {
 
 template <typename Message, typename Callback>
 void CalibrationRos::subscribeTo(const std::string& topic, const Callback& callback) {
-  const boost::function<void(const Message&)> function = callback;
+  using Event = ros::MessageEvent<const Message>;
+  const boost::function<void(const Event&)> function = [callback](const Event& event) {
+    const Sender sender{event.getPublisherName(), toTime(event.getReceiptTime()).value_or(Time())};
+    callback(*event.getConstMessage(), sender);
+  };
   subscribers_.push_back(
-      node_.subscribe<const Message&>(topic, kQueueSize, function, {}, ros::TransportHints().tcpNoDelay()));
+      node_.subscribe<const Event&>(topic, kQueueSize, function, {}, ros::TransportHints().tcpNoDelay()));
 }
 
 void CalibrationRos::subscribe() {
@@ -98,23 +85,23 @@ void CalibrationRos::subscribe() {
 }
 
 void CalibrationRos::subscribeSteering(Axle axle) {
-  const std::string topic = std::string(name(axle)) + "_steering";
-  subscribeTo<SteeringAngle>(topic, [this, axle, topic](const SteeringAngle& message) {
-    receive([&](const ros::Time& now) { warn(topic, adapter_.add(axle, message, now)); });
+  const char* topic = axle == Axle::kFront ? "front_steering" : "rear_steering";
+  subscribeTo<SteeringAngle>(topic, [this, axle, topic](const SteeringAngle& message, const Sender& sender) {
+    receive([&](const ros::Time& now) { warn(topic, adapter_.add(axle, message, now, sender)); });
   });
 }
 
 void CalibrationRos::subscribeWheels() {
-  subscribeTo<WheelTicks>("wheel_ticks", [this](const WheelTicks& message) {
+  subscribeTo<WheelTicks>("wheel_ticks", [this](const WheelTicks& message, const Sender& sender) {
     diagnostics_.noteWheels();
-    receive([&](const ros::Time& now) { warn("wheel_ticks", adapter_.add(message, now)); });
+    receive([&](const ros::Time& now) { warn("wheel_ticks", adapter_.add(message, now, sender)); });
   });
 }
 
 void CalibrationRos::subscribeJoints() {
-  subscribeTo<RawJointState>("joint_states", [this](const RawJointState& message) {
+  subscribeTo<RawJointState>("joint_states", [this](const RawJointState& message, const Sender& sender) {
     receive([&](const ros::Time& now) {
-      const JointVerdicts verdicts = adapter_.add(message, now);
+      const JointVerdicts verdicts = adapter_.add(message, now, sender);
       if (verdicts.wheels) diagnostics_.noteWheels();
       warn("joint_states", verdicts.worst());
     });
@@ -123,7 +110,8 @@ void CalibrationRos::subscribeJoints() {
 
 void CalibrationRos::subscribeLaser() {
   subscribeTo<geometry_msgs::PoseWithCovarianceStamped>(
-      "laser_pose", [this](const geometry_msgs::PoseWithCovarianceStamped& message) {
+      "laser_pose",
+      [this](const geometry_msgs::PoseWithCovarianceStamped& message, const Sender& /*sender*/) {
         diagnostics_.noteLaser();
         receive([&](const ros::Time& now) { warn(adapter_.add(message, now), now); });
       });
@@ -132,27 +120,21 @@ void CalibrationRos::subscribeLaser() {
 void CalibrationRos::subscribeTransforms() {
   if (adapter_.mountKnown()) return;
   for (const bool is_static : {true, false})
-    subscribeTo<tf2_msgs::TFMessage>(is_static ? "/tf_static" : "/tf",
-                                     [this, is_static](const tf2_msgs::TFMessage& message) {
-                                       if (adapter_.mountKnown()) return;
-                                       adapter_.add(message, is_static);
-                                       if (adapter_.mountKnown()) resume();
-                                     });
+    subscribeTo<tf2_msgs::TFMessage>(
+        is_static ? "/tf_static" : "/tf",
+        [this, is_static](const tf2_msgs::TFMessage& message, const Sender& /*sender*/) {
+          if (adapter_.mountKnown()) return;
+          adapter_.add(message, is_static);
+          if (adapter_.mountKnown()) resume();
+        });
 }
 
 // --- messages in -----------------------------------------------------------------------------------------
 
-bool CalibrationRos::clockRuns(const ros::Time& now) {
-  if (!now.isZero()) return true;
-  if (!warned_of_clock_) ROS_WARN("waiting for /clock: use_sim_time is set, and nothing publishes it");
-  warned_of_clock_ = true;
-  return false;
-}
-
 template <typename Add>
 void CalibrationRos::receive(const Add& add) {
   const ros::Time now = ros::Time::now();
-  if (!clockRuns(now)) return;
+  if (!clock_.runs(now)) return;
   if (clock_.wentBack(now)) {
     adapter_.clockWentBack(ros::Time::isSimTime());
     if (ros::Time::isSimTime()) beginAnew();
@@ -160,8 +142,7 @@ void CalibrationRos::receive(const Add& add) {
   // Wheels whose wait has ended come first.
   takeUpdates(now);
   add(now);
-  takeUpdates(now);
-  startWaiting(now);
+  takeAndWait(now);
 }
 
 void CalibrationRos::takeUpdates(const ros::Time& now) {
@@ -172,23 +153,17 @@ void CalibrationRos::takeUpdates(const ros::Time& now) {
   publishOdometry();
 }
 
-/// Wheels that wait for steering must be looked at again when their wait ends, even if nothing comes.
-void CalibrationRos::startWaiting(const ros::Time& now) {
-  const std::optional<ros::Time> deadline = adapter_.deadline();
-  if (!deadline) return;
-  const double wait = *deadline > now ? deadline->toSec() - now.toSec() : 0.0;
-  wait_timer_.stop();
-  wait_timer_.setPeriod(ros::Duration(std::clamp(wait, 1e-4, kLongestWait)));
-  wait_timer_.start();
+void CalibrationRos::takeAndWait(const ros::Time& now) {
+  takeUpdates(now);
+  wait_timer_.start(adapter_.deadline(), now);
 }
 
-void CalibrationRos::warn(const std::string& topic, Verdict verdict) {
-  if (verdict == Verdict::kAccepted || !isDue(warned_[static_cast<std::size_t>(verdict)])) return;
-  ROS_WARN_STREAM("message on " << topic << " dropped: " << explain(verdict, adapter_.pipeline().counts()));
+void CalibrationRos::warn(const char* topic, Verdict verdict) {
+  drop_log_.warn(topic, verdict, adapter_.pipeline().counts());
 }
 
 void CalibrationRos::warn(LaserVerdict verdict, const ros::Time& now) {
-  if (verdict == LaserVerdict::kAccepted || !isDue(laser_warned_[static_cast<std::size_t>(verdict)])) return;
+  if (verdict == LaserVerdict::kAccepted || !laser_log_[static_cast<std::size_t>(verdict)].isDue()) return;
   if (verdict == LaserVerdict::kNoMount) {
     ROS_WARN_STREAM(adapter_.waitingForMount(now));
   } else {
@@ -202,7 +177,7 @@ void CalibrationRos::note(const CalibrationUpdate& update) {
   paths_.add(update);
   paths_changed_ = true;
   diagnostics_.note(update);
-  if (update.jump && isDue(jump_warned_)) ROS_WARN_STREAM(explain(*update.jump));
+  if (update.jump && jump_log_.isDue()) ROS_WARN_STREAM(explain(*update.jump));
   publishState(toRos(update.stamp));
 }
 

@@ -2,54 +2,9 @@
 
 #include "bs_car_odometry/core/kinematics.hpp"
 
-#include <cmath>
-#include <cstring>
-
 namespace bs_car_odometry {
 
 namespace {
-
-/// Reads little-endian values off a byte range and remembers whether everything was there.
-class ByteReader {
- public:
-  explicit ByteReader(const std::vector<std::uint8_t>& bytes) : next_(bytes.data()), left_(bytes.size()) {}
-
-  template <typename T>
-  T value() {
-    T value{};
-    if (!take(sizeof(T))) return value;
-    std::memcpy(&value, next_ - sizeof(T), sizeof(T));
-    return value;
-  }
-
-  std::string string() {
-    const auto length = value<std::uint32_t>();
-    if (!take(length)) return {};
-    return {reinterpret_cast<const char*>(next_ - length), length};
-  }
-
-  /// Number of elements that follow, each at least `smallest` bytes long; 0 when so many cannot be there.
-  std::uint32_t count(std::size_t smallest) {
-    const auto count = value<std::uint32_t>();
-    if (count > left_ / smallest) sound_ = false;
-    return sound_ ? count : 0;
-  }
-
-  bool sound() const { return sound_; }
-
- private:
-  bool take(std::size_t size) {
-    sound_ = sound_ && size <= left_;
-    if (!sound_) return false;
-    next_ += size;
-    left_ -= size;
-    return true;
-  }
-
-  const std::uint8_t* next_;
-  std::size_t left_;
-  bool sound_{true};
-};
 
 /// Mean angle of an axle over its wheels' own directions, the other axle being at `other`.
 double meanAxleAngle(const Vehicle& vehicle, Axle axle, const std::vector<double>& directions, double other) {

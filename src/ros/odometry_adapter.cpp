@@ -14,47 +14,68 @@ std::optional<Time> OdometryAdapter::stampOf(const ros::Time& stamp, const ros::
   return toTime(parameters_.stamp_source == StampSource::kReceipt ? receipt : stamp);
 }
 
-Verdict OdometryAdapter::add(const WheelTicks& message, const ros::Time& receipt) {
+Verdict OdometryAdapter::add(const WheelTicks& message, const ros::Time& receipt, const Sender& sender) {
+  if (wheel_publishers_.isRival(sender)) return pipeline_.reject(Verdict::kRivalPublisher);
   const std::optional<Time> stamp = stampOf(message.header.stamp, receipt);
   if (!stamp) return pipeline_.reject(Verdict::kStampInvalid);
-  return pipeline_.addWheels(
-      {*stamp,
-       toTime(receipt).value_or(Time()),
-       {{message.front_left, message.front_right, message.rear_left, message.rear_right}}});
+  return addWheels({*stamp,
+                    toTime(receipt).value_or(Time()),
+                    {{message.front_left, message.front_right, message.rear_left, message.rear_right}}},
+                   sender);
 }
 
-Verdict OdometryAdapter::add(Axle axle, const SteeringAngle& message, const ros::Time& receipt) {
+Verdict OdometryAdapter::add(Axle axle, const SteeringAngle& message, const ros::Time& receipt,
+                             const Sender& sender) {
+  if (steering_publishers_[axle].isRival(sender)) return pipeline_.reject(Verdict::kRivalPublisher);
   const std::optional<Time> stamp = stampOf(message.header.stamp, receipt);
   if (!stamp) return pipeline_.reject(Verdict::kStampInvalid);
-  return pipeline_.addSteering(axle, *stamp, toTime(receipt).value_or(Time()), message.angle);
+  return addSteering(axle, *stamp, toTime(receipt).value_or(Time()), message.angle, sender);
 }
 
-JointVerdicts OdometryAdapter::add(const RawJointState& message, const ros::Time& receipt) {
+JointVerdicts OdometryAdapter::add(const RawJointState& message, const ros::Time& receipt,
+                                   const Sender& sender) {
   const std::optional<JointPositions> joints = readJointState(message);
   if (!joints) return {pipeline_.reject(Verdict::kNotFinite), std::nullopt};
   const std::optional<Time> stamp = stampOf(joints->stamp, receipt);
   if (!stamp) return {pipeline_.reject(Verdict::kStampInvalid), std::nullopt};
   const Time received = toTime(receipt).value_or(Time());
-  const Verdict steering = addSteeringJoints(*joints, *stamp, received);
-  return {steering, addWheelJoints(*joints, *stamp, received)};
+  const Verdict steering = addSteeringJoints(*joints, *stamp, received, sender);
+  return {steering, addWheelJoints(*joints, *stamp, received, sender)};
+}
+
+/// Only what is taken makes its sender the one that is heard.
+Verdict OdometryAdapter::addWheels(const WheelCounts& counts, const Sender& sender) {
+  const Verdict verdict = pipeline_.addWheels(counts);
+  if (verdict == Verdict::kAccepted) wheel_publishers_.hear(sender);
+  return verdict;
+}
+
+Verdict OdometryAdapter::addSteering(Axle axle, Time stamp, Time receipt, double reading,
+                                     const Sender& sender) {
+  const Verdict verdict = pipeline_.addSteering(axle, stamp, receipt, reading);
+  if (verdict == Verdict::kAccepted) steering_publishers_[axle].hear(sender);
+  return verdict;
 }
 
 /// @return the first refusal
-Verdict OdometryAdapter::addSteeringJoints(const JointPositions& joints, Time stamp, Time receipt) {
+Verdict OdometryAdapter::addSteeringJoints(const JointPositions& joints, Time stamp, Time receipt,
+                                           const Sender& sender) {
   const PerAxle<std::optional<double>> readings =
       axleReadings(parameters_.vehicle, parameters_.joints, joints);
   Verdict refusal = Verdict::kAccepted;
   for (const Axle axle : kAllAxles) {
     if (!readings[axle] || !pipeline_.steeringNeeded()[axle]) continue;
-    const Verdict verdict = pipeline_.addSteering(axle, stamp, receipt, *readings[axle]);
+    const Verdict verdict = steering_publishers_[axle].isRival(sender)
+                                ? pipeline_.reject(Verdict::kRivalPublisher)
+                                : addSteering(axle, stamp, receipt, *readings[axle], sender);
     if (refusal == Verdict::kAccepted) refusal = verdict;
   }
   return refusal;
 }
 
 /// None for a message that lacks a wheel: it is another driver's, for the steering or for other joints.
-std::optional<Verdict> OdometryAdapter::addWheelJoints(const JointPositions& joints, Time stamp,
-                                                       Time receipt) {
+std::optional<Verdict> OdometryAdapter::addWheelJoints(const JointPositions& joints, Time stamp, Time receipt,
+                                                       const Sender& sender) {
   WheelCounts counts{stamp, receipt, {}};
   for (const Wheel wheel : kAllWheels) {
     if (!pipeline_.wheelUsed()[wheel]) continue;
@@ -63,7 +84,8 @@ std::optional<Verdict> OdometryAdapter::addWheelJoints(const JointPositions& joi
     if (!(std::abs(*position) < kFarthestJoint)) return pipeline_.reject(Verdict::kNotFinite);
     counts.ticks[wheel] = std::llround(*position * kTicksPerRadian);
   }
-  return pipeline_.addWheels(counts);
+  if (wheel_publishers_.isRival(sender)) return pipeline_.reject(Verdict::kRivalPublisher);
+  return addWheels(counts, sender);
 }
 
 std::optional<OdometryUpdate> OdometryAdapter::next(const ros::Time& now) {

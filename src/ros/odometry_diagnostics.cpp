@@ -3,6 +3,10 @@
 #include "bs_car_odometry/ros/fault_sentences.hpp"
 #include "bs_car_odometry/ros/verdicts.hpp"
 
+#include <boost/date_time/posix_time/posix_time.hpp>
+
+#include <algorithm>
+
 namespace bs_car_odometry {
 
 namespace {
@@ -11,14 +15,17 @@ using Level = diagnostic_msgs::DiagnosticStatus;
 
 /// The updater drops the first letter, as of a node's name.
 constexpr const char* kUpdaterName = "/bs_car_odometry";
-constexpr double kReportPeriod = 1.0;    // [s], REP-107
-constexpr double kSilenceIsError = 0.5;  // [s] without wheel messages
+constexpr double kReportPeriod = 1.0;        // [s], REP-107
+constexpr double kSilenceIsError = 0.5;      // [s] without wheel messages
+constexpr double kUnknownSteeringAge = 1.0;  // [s]
 
 }  // namespace
 
 OdometryDiagnostics::OdometryDiagnostics(const ros::NodeHandle& node, const ros::NodeHandle& private_node,
                                          const OdometryPipeline& pipeline, const std::string& vehicle)
-    : pipeline_(pipeline), updater_(node, private_node, kUpdaterName) {
+    : pipeline_(pipeline),
+      updater_(node, private_node, kUpdaterName),
+      started_(boost::posix_time::to_iso_extended_string(ros::WallTime::now().toBoost()) + " UTC") {
   updater_.setHardwareID(vehicle.empty() ? "none" : vehicle);
   updater_.add("Encoders", this, &OdometryDiagnostics::encoders);
   updater_.add("Steering", this, &OdometryDiagnostics::steering);
@@ -33,6 +40,9 @@ OdometryDiagnostics::OdometryDiagnostics(const ros::NodeHandle& node, const ros:
 void OdometryDiagnostics::report() {
   updater_.force_update();
   reported_ = pipeline_.counts();
+  rival_transform_.clear();
+  if (const std::string finding = master_.finding(); !finding.empty() && master_log_.isDue())
+    ROS_WARN_STREAM(finding);
 }
 
 void OdometryDiagnostics::add(Status& status, unsigned char level, Verdict verdict) const {
@@ -59,6 +69,8 @@ void OdometryDiagnostics::encoders(Status& status) {
   }
   for (const Wheel wheel : kAllWheels) addFault(status, sensor(wheel));
   status.mergeSummary(sensors_.determined ? Level::OK : Level::ERROR, explainUndetermined(sensors_));
+  if (since(Verdict::kRivalPublisher) > 0)
+    status.mergeSummary(Level::ERROR, rival_input_ + ": " + explain(Verdict::kRivalPublisher));
   add(status, Level::WARN, Verdict::kImplausible);
   add(status, Level::WARN, Verdict::kOverflow);
   if (pipeline_.counts().wheel_jumps > reported_.wheel_jumps)
@@ -68,6 +80,8 @@ void OdometryDiagnostics::encoders(Status& status) {
   if (pipeline_.counts().counter_restarts > reported_.counter_restarts)
     status.mergeSummary(Level::WARN,
                         "the counters jumped and were taken as a new reference: was the driver restarted?");
+  if (pipeline_.counts().ambiguous_gaps > reported_.ambiguous_gaps)
+    status.mergeSummary(Level::ERROR, explainAmbiguousGap());
   status.add("wheel messages", pipeline_.counts().wheel_messages);
 }
 
@@ -80,7 +94,11 @@ void OdometryDiagnostics::steering(Status& status) {
       status.mergeSummary(Level::ERROR, std::string("waiting for steering: no angle on ") + name(axle) +
                                             "_steering yet; is it published, and remapped to this node?");
   for (const Axle axle : kAllAxles) addFault(status, sensor(axle));
-  if (state_ == OdometryState::kNoSteering) status.mergeSummary(Level::ERROR, explain(state_));
+  if (state_ == OdometryState::kNoSteering) {
+    // From then on the angle may be anywhere in its range (S4).
+    const bool unknown = std::max(steering_age_.front, steering_age_.rear) > kUnknownSteeringAge;
+    status.mergeSummary(unknown ? Level::ERROR : Level::WARN, explain(state_));
+  }
   add(status, Level::WARN, Verdict::kNotFinite);
   add(status, Level::WARN, Verdict::kSteeringLimit);
   status.add("steering messages", pipeline_.counts().steering_messages);
@@ -118,8 +136,14 @@ void OdometryDiagnostics::calibration(Status& status) {
 void OdometryDiagnostics::output(Status& status) {
   status.summary(Level::OK,
                  pipeline_.started() ? "odometry is published" : "waiting for the first wheel message");
+  status.add("started", started_);
   if (pipeline_.counts().refused_states > reported_.refused_states)
     status.mergeSummary(Level::ERROR, explain(OdometryState::kDegraded));
+  if (pipeline_.counts().covariance_repairs > reported_.covariance_repairs)
+    status.mergeSummary(Level::WARN, explainRepair());
+  if (const std::string finding = master_.finding(); !finding.empty())
+    status.mergeSummary(Level::WARN, finding);
+  if (!rival_transform_.empty()) status.mergeSummary(Level::WARN, rival_transform_);
 }
 
 FailureReport::FailureReport(const ros::NodeHandle& node, const ros::NodeHandle& private_node,

@@ -2,24 +2,36 @@
 
 #include "bs_car_odometry/calibration/result_file.hpp"
 #include "bs_car_odometry/parameters/load.hpp"
+#include "bs_car_odometry/ros/conversions.hpp"
 #include "bs_car_odometry/ros/parameter_server.hpp"
 #include "bs_car_odometry/ros/relative_motion.hpp"
+#include "bs_car_odometry/ros/transform_reader.hpp"
 #include "bs_car_odometry/ros/verdicts.hpp"
 
 #include <geometry_msgs/PoseArray.h>
 #include <nav_msgs/Odometry.h>
 #include <tf2_msgs/TFMessage.h>
 
-#include <algorithm>
-
 namespace bs_car_odometry {
 
 namespace {
 
 constexpr std::uint32_t kQueueSize = 200;  // bounded: a slow moment is caught up, a flood is not hoarded
-constexpr double kLogPeriod = 5.0;         // [s] between warnings of one cause
 constexpr double kParticlePeriod = 0.1;    // [s] of wall time, enough for the eye
-constexpr double kLongestWait = 1e6;       // [s], within what a timer takes
+
+template <typename Message>
+const ros::Time& stampOf(const Message& message) {
+  return message.header.stamp;
+}
+
+ros::Time stampOf(const RawJointState& message) {
+  ByteReader reader(message.bytes);
+  reader.value<std::uint32_t>();  // header.seq
+  ros::Time stamp;
+  stamp.sec = reader.value<std::uint32_t>();
+  stamp.nsec = reader.value<std::uint32_t>();
+  return stamp;
+}
 
 }  // namespace
 
@@ -35,10 +47,28 @@ OdometryRos::OdometryRos(const ros::NodeHandle& node, const ros::NodeHandle& pri
       parameters_(loadNodeParameters(private_node)),
       calibration_error_(calibration::applyCalibrationFile(parameters_)),
       adapter_(parameters_),
-      diagnostics_(node, private_node, adapter_.pipeline(), parameters_.vehicle.name) {
+      diagnostics_(node, private_node, adapter_.pipeline(), parameters_.vehicle.name),
+      clock_(parameters_.limits.max_future),
+      wait_timer_(node, [this](const ros::Time& now) { publishUpdates(now); }),
+      early_(node, [this] {
+        followClock(ros::Time::now());
+        early_.deliverLate();
+      }) {
+  const InitialPose& initial = parameters_.initial_pose;
+  ROS_INFO("a new run begins at the initial pose (%.3f m, %.3f m, %.3f rad)", initial.x, initial.y,
+           initial.yaw);
   reportCalibrationFile();
   advertise();
   subscribe();
+}
+
+/// Callbacks run in another thread, in a nodelet's manager: none may be under way when what it uses goes.
+OdometryRos::~OdometryRos() {
+  subscribers_.clear();
+  reset_server_.shutdown();
+  relative_motion_server_.shutdown();
+  wait_timer_.stop();
+  early_.stop();
 }
 
 void OdometryRos::reportCalibrationFile() {
@@ -62,13 +92,10 @@ void OdometryRos::advertise() {
   reset_server_ = private_node_.advertiseService("reset", &OdometryRos::onReset, this);
   relative_motion_server_ =
       private_node_.advertiseService("relative_motion", &OdometryRos::onRelativeMotion, this);
-  // Idle until startWaiting() sets its period.
-  wait_timer_ = node_.createTimer(
-      ros::Duration(kLongestWait), [this](const ros::TimerEvent&) { publishUpdates(ros::Time::now()); }, true,
-      false);
 }
 
 void OdometryRos::subscribe() {
+  if (parameters_.publish_tf) subscribeTransforms();
   subscribers_.push_back(node_.subscribe("set_pose", kQueueSize, &OdometryRos::onSetPose, this));
   if (parameters_.accept_calibration)
     subscribers_.push_back(node_.subscribe("calibration", kQueueSize, &OdometryRos::onCalibration, this));
@@ -78,84 +105,106 @@ void OdometryRos::subscribe() {
   subscribeWheels();
 }
 
+template <typename Message, typename Add>
+void OdometryRos::subscribeTo(const char* topic, const Add& add) {
+  using Event = ros::MessageEvent<const Message>;
+  const auto take = [this, topic, add](const Event& event) {
+    const Sender sender{event.getPublisherName(), toTime(event.getReceiptTime()).value_or(Time())};
+    receive(topic, [&](const ros::Time& now) { return add(*event.getConstMessage(), now, sender); });
+  };
+  const boost::function<void(const Event&)> callback = [this, take](const Event& event) {
+    if (isEarly(stampOf(*event.getConstMessage())) && early_.keep([take, event] { take(event); })) return;
+    take(event);
+  };
+  subscribers_.push_back(
+      node_.subscribe<const Event&>(topic, kQueueSize, callback, {}, ros::TransportHints().tcpNoDelay()));
+}
+
 void OdometryRos::subscribeSteering(Axle axle) {
   const char* topic = axle == Axle::kFront ? "front_steering" : "rear_steering";
-  const boost::function<void(const SteeringAngle&)> callback = [this, axle,
-                                                                topic](const SteeringAngle& message) {
-    receive(topic, [&](const ros::Time& now) { return adapter_.add(axle, message, now); });
-  };
-  subscribers_.push_back(node_.subscribe<const SteeringAngle&>(topic, kQueueSize, callback, {},
-                                                               ros::TransportHints().tcpNoDelay()));
+  subscribeTo<SteeringAngle>(topic, [this, axle](const auto& message, const auto& now, const auto& sender) {
+    return adapter_.add(axle, message, now, sender);
+  });
 }
 
 void OdometryRos::subscribeWheels() {
-  const boost::function<void(const WheelTicks&)> callback = [this](const WheelTicks& message) {
-    receive("wheel_ticks", [&](const ros::Time& now) { return adapter_.add(message, now); });
-    diagnostics_.noteWheels();
-  };
-  subscribers_.push_back(node_.subscribe<const WheelTicks&>("wheel_ticks", kQueueSize, callback, {},
-                                                            ros::TransportHints().tcpNoDelay()));
+  subscribeTo<WheelTicks>("wheel_ticks", [this](const auto& message, const auto& now, const auto& sender) {
+    const Verdict verdict = adapter_.add(message, now, sender);
+    if (verdict != Verdict::kRivalPublisher) diagnostics_.noteWheels();
+    return verdict;
+  });
 }
 
 void OdometryRos::subscribeJoints() {
-  const boost::function<void(const RawJointState&)> callback = [this](const RawJointState& message) {
-    receive("joint_states", [&](const ros::Time& now) {
-      const JointVerdicts verdicts = adapter_.add(message, now);
-      if (verdicts.wheels) diagnostics_.noteWheels();
-      return verdicts.worst();
-    });
+  subscribeTo<RawJointState>(
+      "joint_states", [this](const auto& message, const auto& now, const auto& sender) {
+        const JointVerdicts verdicts = adapter_.add(message, now, sender);
+        if (verdicts.wheels.value_or(Verdict::kRivalPublisher) != Verdict::kRivalPublisher)
+          diagnostics_.noteWheels();
+        return verdicts.worst();
+      });
+}
+
+/// A frame has one parent, and one publisher of where it is (docs/reliability.md, O8).
+void OdometryRos::subscribeTransforms() {
+  using Event = ros::MessageEvent<const RawTransforms>;
+  const boost::function<void(const Event&)> callback = [this](const Event& event) {
+    const std::string& publisher = event.getPublisherName();
+    if (publisher == ros::this_node::getName()) return;
+    const std::optional<std::string> parent = parentOf(adapter_.frames().base, *event.getConstMessage());
+    if (!parent) return;
+    const std::string text = publisher + " publishes '" + *parent + "' -> '" + adapter_.frames().base +
+                             "' on /tf, too: stop it, or set 'publish_tf: false' here";
+    diagnostics_.noteRivalTransform(text);
+    if (rival_transform_log_.isDue()) ROS_WARN_STREAM(text);
   };
-  subscribers_.push_back(node_.subscribe<const RawJointState&>("joint_states", kQueueSize, callback, {},
-                                                               ros::TransportHints().tcpNoDelay()));
+  subscribers_.push_back(node_.subscribe<const Event&>("/tf", kQueueSize, callback));
 }
 
 template <typename Add>
 void OdometryRos::receive(const char* topic, const Add& add) {
   const ros::Time now = ros::Time::now();
-  if (now.isZero()) {
-    if (!warned_of_clock_) ROS_WARN("waiting for /clock: use_sim_time is set, and nothing publishes it");
-    warned_of_clock_ = true;
-    return;
-  }
-  noteClock(now);
+  if (!clock_.runs(now)) return;
+  followClock(now);
   // Wheels whose wait has ended come first. Between a tick and its odometry stands only what that needs.
   if (adapter_.deadline()) publishComplete(now);
   const Verdict verdict = add(now);
   publishComplete(now);
-  if (verdict != Verdict::kAccepted) warn(topic, verdict);
+  if (verdict == Verdict::kRivalPublisher) diagnostics_.noteRivalInput(topic);
+  drop_log_.warn(topic, verdict, adapter_.pipeline().counts());
   warnOfLateDrops();
-  startWaiting(now);
+  wait_timer_.start(adapter_.deadline(), now);
 }
 
-void OdometryRos::warn(const char* topic, Verdict verdict) {
-  ros::SteadyTime& warned = warned_[static_cast<std::size_t>(verdict)];
-  const ros::SteadyTime now = ros::SteadyTime::now();
-  if (!warned.isZero() && (now - warned).toSec() < kLogPeriod) return;
-  warned = now;
-  ROS_WARN_STREAM("message on " << topic << " dropped: " << explain(verdict, adapter_.pipeline().counts()));
+void OdometryRos::followClock(const ros::Time& now) {
+  if (!clock_.wentBack(now)) return;
+  adapter_.clockWentBack(ros::Time::isSimTime());
+  early_.deliver();
+}
+
+/// Older than any driver sends, while somebody else makes the clock.
+bool OdometryRos::isEarly(const ros::Time& stamp) {
+  if (!ros::Time::isSimTime() || parameters_.stamp_source == StampSource::kReceipt) return false;
+  const ros::Time now = ros::Time::now();
+  followClock(now);
+  const std::optional<Time> time = toTime(stamp);
+  const bool early =
+      time && *time != Time() && toTime(now).value_or(Time()) - *time > parameters_.limits.max_gap;
+  if (!early) early_.noteTimely();
+  return early;
 }
 
 void OdometryRos::warnOfLateDrops() {
   const InputCounts& counts = adapter_.pipeline().counts();
   for (const Verdict verdict : {Verdict::kNoSteering, Verdict::kImplausible})
-    if (counts[verdict] > known_counts_[verdict]) warn("wheel_ticks", verdict);
-  if (counts.counter_restarts > known_counts_.counter_restarts)
+    if (counts[verdict] > known_counts_[verdict]) drop_log_.warn("wheel_ticks", verdict, counts);
+  if (counts.counter_restarts > known_counts_.counter_restarts && restart_log_.isDue())
     ROS_WARN("the wheel counters jumped and were taken as a new reference: was the driver restarted?");
+  if (counts.ambiguous_gaps > known_counts_.ambiguous_gaps && gap_log_.isDue())
+    ROS_ERROR("%s", explainAmbiguousGap());
+  if (counts.covariance_repairs > known_counts_.covariance_repairs && repair_log_.isDue())
+    ROS_WARN("%s", explainRepair());
   known_counts_ = counts;
-}
-
-/// A step back by less than max_future is harmless: stamps may be that far ahead anyway. Differences in 64
-/// bits, since those of ros::Time throw beyond 68 years, which a clock that somebody else publishes may jump.
-void OdometryRos::noteClock(const ros::Time& now) {
-  const Time time = toTime(now).value_or(newest_receipt_);
-  const Duration step_back = newest_receipt_ - time;
-  const bool went_back = step_back > parameters_.limits.max_future;
-  if (went_back) {
-    ROS_WARN("the clock went back by %.3f s: %s", toSeconds(step_back),
-             ros::Time::isSimTime() ? "a new run begins" : "the pose is kept");
-    adapter_.clockWentBack(ros::Time::isSimTime());
-  }
-  if (went_back || newest_receipt_ < time) newest_receipt_ = time;
 }
 
 void OdometryRos::publishComplete(const ros::Time& now) {
@@ -165,17 +214,7 @@ void OdometryRos::publishComplete(const ros::Time& now) {
 void OdometryRos::publishUpdates(const ros::Time& now) {
   publishComplete(now);
   warnOfLateDrops();
-  startWaiting(now);
-}
-
-/// Wheels that wait for steering must be looked at again when their wait ends, even if nothing comes.
-void OdometryRos::startWaiting(const ros::Time& now) {
-  const std::optional<ros::Time> deadline = adapter_.deadline();
-  if (!deadline) return;
-  const double wait = *deadline > now ? deadline->toSec() - now.toSec() : 0.0;
-  wait_timer_.stop();
-  wait_timer_.setPeriod(ros::Duration(std::clamp(wait, 1e-4, kLongestWait)));
-  wait_timer_.start();
+  wait_timer_.start(adapter_.deadline(), now);
 }
 
 void OdometryRos::publish(const OdometryUpdate& update) {
@@ -192,6 +231,8 @@ void OdometryRos::publish(const OdometryUpdate& update) {
   fillStatus(update, adapter_.frames(), *status);
   status_publisher_.publish(status);
   if (particles_publisher_) publishParticles(update);
+  if (update.report.state != OdometryState::kNominal && state_log_.isDue())
+    ROS_WARN("%s", explain(update.report.state));
   diagnostics_.noteUpdate(update);
 }
 
@@ -210,9 +251,9 @@ void OdometryRos::onSetPose(const geometry_msgs::PoseWithCovarianceStamped& mess
   publishUpdates(ros::Time::now());
   const std::string refused = adapter_.setPose(message);
   if (refused.empty()) {
-    ROS_INFO("the pose was set");
-  } else {
-    ROS_WARN_STREAM_THROTTLE(kLogPeriod, "set_pose refused: " << refused);
+    if (pose_set_log_.isDue()) ROS_INFO("the pose was set");
+  } else if (pose_refused_log_.isDue()) {
+    ROS_WARN_STREAM("set_pose refused: " << refused);
   }
 }
 
@@ -222,7 +263,7 @@ void OdometryRos::onCalibration(const CalibrationState& message) {
   const std::uint64_t before = adapter_.acceptance().taken();
   const std::string refused = adapter_.add(message);
   if (!refused.empty()) {
-    ROS_WARN_STREAM_THROTTLE(kLogPeriod, "message on calibration refused: " << refused);
+    if (calibration_refused_log_.isDue()) ROS_WARN_STREAM("message on calibration refused: " << refused);
     diagnostics_.setCalibration(Level::WARN, "message on calibration refused: " + refused);
     return;
   }

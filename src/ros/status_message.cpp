@@ -33,11 +33,14 @@ void fillCounts(const InputCounts& counts, OdometryStatus& message) {
   message.dropped_no_steering = counts[Verdict::kNoSteering];
   message.dropped_implausible = counts[Verdict::kImplausible];
   message.dropped_overflow = counts[Verdict::kOverflow];
+  message.dropped_rival_publisher = counts[Verdict::kRivalPublisher];
   message.steering_held = counts.steering_held;
   message.counter_restarts = counts.counter_restarts;
   message.wheel_jumps = counts.wheel_jumps;
   message.gaps = counts.gaps;
   message.refused_states = counts.refused_states;
+  message.ambiguous_gaps = counts.ambiguous_gaps;
+  message.covariance_repairs = counts.covariance_repairs;
 }
 
 void fillQuantiles(const PoseQuantiles& quantiles, OdometryStatus& message) {

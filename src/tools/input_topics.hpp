@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace bs_car_odometry::tools {
@@ -59,6 +60,22 @@ class MessageReader {
   std::vector<std::uint8_t> bytes_;
 };
 
+/// Names of the nodes that published a bag's messages, looked up once for each connection.
+class CallerNames {
+ public:
+  const std::string& of(const rosbag::MessageInstance& message) {
+    const Header header = message.getConnectionHeader();
+    const auto known =
+        std::find_if(names_.begin(), names_.end(), [&](const auto& name) { return name.first == header; });
+    if (known != names_.end()) return known->second;
+    return names_.emplace_back(header, message.getCallerId()).second;
+  }
+
+ private:
+  using Header = boost::shared_ptr<ros::M_string>;
+  std::vector<std::pair<Header, std::string>> names_;
+};
+
 /// Gives recorded wheels and angles to an OdometryAdapter or a CalibrationAdapter.
 class InputFeed {
  public:
@@ -68,12 +85,13 @@ class InputFeed {
   template <typename Adapter>
   bool feed(const rosbag::MessageInstance& message, Adapter& adapter) {
     const ros::Time& receipt = message.getTime();
+    const Sender sender{callers_.of(message), toTime(receipt).value_or(Time())};
     if (message.getDataType() == kWheelTicks) {
-      if (reader_.read(message, ticks_)) adapter.add(ticks_, receipt);
+      if (reader_.read(message, ticks_)) adapter.add(ticks_, receipt, sender);
     } else if (message.getDataType() == kSteering) {
-      if (reader_.read(message, angle_)) adapter.add(axleOf(message.getTopic()), angle_, receipt);
+      if (reader_.read(message, angle_)) adapter.add(axleOf(message.getTopic()), angle_, receipt, sender);
     } else if (reader_.read(message, joints_)) {
-      adapter.add(joints_, receipt);
+      adapter.add(joints_, receipt, sender);
     } else {
       return false;
     }
@@ -91,6 +109,7 @@ class InputFeed {
   const std::string kSteering{ros::message_traits::datatype<SteeringAngle>()};
   std::vector<std::string> front_steering_;  ///< the topic's spellings
   MessageReader reader_;
+  CallerNames callers_;
   WheelTicks ticks_;
   SteeringAngle angle_;
   RawJointState joints_;

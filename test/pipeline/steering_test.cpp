@@ -129,12 +129,40 @@ TEST(Steering, S4_stale_angle_is_held_and_the_covariance_says_so) {
 TEST(Steering, E6_unknown_steering_inside_a_gap_inflates) {
   OdometryConfiguration configuration = cycab();
   configuration.noise.systematic = {0.0, 0.0, 0.0, 0.0};
-  for (const double gap : {0.1, 1.0, 10.0}) {
-    const Drive drive = slalom(configuration, 20.0, 50.0, 50.0);
+  for (const double gap : {0.1, 1.0, 10.0, 100.0}) {
+    const Drive drive = slalom(configuration, gap + 10.0, 50.0, 50.0);
     const std::vector<OdometryUpdate> updates =
         run(configuration, without(drive, 5.0, 5.0 + gap, true).messages);
     EXPECT_LT(largestSigmas(updates, drive), 3.0) << gap << " s";
     EXPECT_EQ(updates.back().report.counts.gaps, gap > 0.5 ? 1u : 0u);
+    EXPECT_EQ(updates.back().report.counts.ambiguous_gaps, 0u) << "32 bits are half a million kilometres";
+  }
+}
+
+// 16 bits of 0.1 mm wrap after 6.6 m: in 10 s at up to 5 m/s nobody knows how often.
+TEST(Steering, E6_counters_that_may_have_wrapped_unseen_are_taken_anew) {
+  OdometryConfiguration configuration = cycab();
+  configuration.noise.systematic = {0.0, 0.0, 0.0, 0.0};
+  configuration.vehicle.counter_bits = 16;
+  for (const double gap : {0.1, 0.6, 1.0, 10.0, 100.0}) {
+    SCOPED_TRACE(gap);
+    const Drive drive = slalom(configuration, gap + 10.0, 50.0, 50.0);
+    const std::vector<OdometryUpdate> updates =
+        run(configuration, without(drive, 5.0, 5.0 + gap, true).messages);
+    EXPECT_LT(largestSigmas(updates, drive), 3.0);
+    // Half of the range is 3.2768 m, which 5 m/s takes 0.655 s for.
+    const bool ambiguous = gap > 0.655;
+    EXPECT_EQ(updates.back().report.counts.ambiguous_gaps, ambiguous ? 1u : 0u);
+    if (!ambiguous) continue;
+    const auto after = std::find_if(updates.begin(), updates.end(), [](const OdometryUpdate& update) {
+      return update.report.counts.ambiguous_gaps == 1;
+    });
+    ASSERT_NE(after, updates.begin());
+    EXPECT_EQ(after->estimate.pose.vector(), std::prev(after)->estimate.pose.vector()) << "the pose is kept";
+    EXPECT_EQ(after->estimate.twist_covariance(0, 0), 25.0) << "the twist is not known";
+    EXPECT_GT(after->estimate.pose_covariance(0, 0), 0.99 * std::pow(5.0 * gap, 2)) << "inflated";
+    ASSERT_NE(std::next(after), updates.end());
+    EXPECT_GT(std::next(after)->report.step, 0.0) << "it goes on from there";
   }
 }
 

@@ -201,6 +201,29 @@ TEST(SetPose, O2_no_negative_variance_is_published) {
   EXPECT_EQ(published, published.transpose());
   EXPECT_GE(published.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff(), -1e-15);
   EXPECT_TRUE(published.isApprox(covariance, 1e-9));
+  EXPECT_EQ(bench.pipeline.counts().covariance_repairs, 1u) << "and it is said";
+  bench.pipeline.setPose({}, Eigen::Matrix3d::Identity());
+  bench.pipeline.setPose({}, Eigen::Matrix3d::Zero());
+  bench.step(2.0, all(200));
+  EXPECT_EQ(bench.pipeline.counts().covariance_repairs, 1u) << "of what is none, and of nothing else";
+}
+
+// The rule of degree five has weights below zero: far outside its reach, where a heading is known to several
+// radians, what it adds up to is no covariance.
+TEST(SetPose, O2_repairs_of_exact_moments_are_counted) {
+  OdometryConfiguration configuration = cycab();
+  configuration.options.uncertainty = Uncertainty::kExactMoments;
+  configuration.noise.systematic = {0.5, 0.5, 0.5, 0.5};
+  Bench bench(configuration);
+  std::optional<OdometryUpdate> last;
+  for (int i = 0; i <= 2000; ++i) {
+    last = bench.step(i * kPeriod, all(500 * i), 0.3);
+    ASSERT_TRUE(last);
+    const Eigen::Matrix3d& published = last->estimate.pose_covariance;
+    const Eigen::Vector3d eigenvalues = published.selfadjointView<Eigen::Lower>().eigenvalues();
+    ASSERT_GE(eigenvalues.minCoeff(), -1e-12 * eigenvalues.maxCoeff());
+  }
+  EXPECT_GT(last->report.counts.covariance_repairs, 0u);
 }
 
 }  // namespace

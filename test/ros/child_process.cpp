@@ -89,4 +89,8 @@ void ChildProcess::kill() {
 
 void ChildProcess::interrupt() { ::kill(process_, SIGINT); }
 
+void ChildProcess::suspend() { ::kill(process_, SIGSTOP); }
+
+void ChildProcess::resume() { ::kill(process_, SIGCONT); }
+
 }  // namespace bs_car_odometry::testing

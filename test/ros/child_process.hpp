@@ -29,6 +29,11 @@ class ChildProcess {
   /// As kill -9 does; the process has ended afterwards.
   void kill();
 
+  /// As kill -STOP does, and kill -CONT.
+  void suspend();
+  void resume();
+
+  pid_t id() const { return process_; }
   const std::string& output() const { return output_; }
 
  private:

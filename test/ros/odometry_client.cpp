@@ -5,6 +5,8 @@
 #include <std_srvs/Trigger.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 
 namespace bs_car_odometry::testing {
 
@@ -115,13 +117,15 @@ void DiagnosticsListener::onDiagnostics(const diagnostic_msgs::DiagnosticArray& 
   for (const auto& status : message.status) heard_.push_back({ros::SteadyTime::now(), status});
 }
 
-bool DiagnosticsListener::waitForStatus(const std::string& name, int level, const std::string& text) {
-  return waitFor([&] {
-    return std::any_of(heard_.begin(), heard_.end(), [&](const Heard& heard) {
-      return heard.status.name == name && heard.status.level == level &&
-             heard.status.message.find(text) != std::string::npos;
-    });
+bool DiagnosticsListener::has(const std::string& name, int level, const std::string& text) const {
+  return std::any_of(heard_.begin(), heard_.end(), [&](const Heard& heard) {
+    return heard.status.name == name && heard.status.level == level &&
+           heard.status.message.find(text) != std::string::npos;
   });
+}
+
+bool DiagnosticsListener::waitForStatus(const std::string& name, int level, const std::string& text) {
+  return waitFor([&] { return has(name, level, text); });
 }
 
 std::vector<ros::SteadyTime> DiagnosticsListener::timesOf(const std::string& name) const {
@@ -129,6 +133,37 @@ std::vector<ros::SteadyTime> DiagnosticsListener::timesOf(const std::string& nam
   for (const Heard& heard : heard_)
     if (heard.status.name == name) times.push_back(heard.time);
   return times;
+}
+
+LogListener::LogListener() {
+  subscriber_ = ros::NodeHandle().subscribe<rosgraph_msgs::Log>(
+      "/rosout", kQueueSize,
+      [this](const rosgraph_msgs::Log::ConstPtr& message) { lines_.push_back(*message); });
+}
+
+std::size_t LogListener::count(const std::string& text, int level) const {
+  return static_cast<std::size_t>(
+      std::count_if(lines_.begin(), lines_.end(), [&](const rosgraph_msgs::Log& line) {
+        return line.level >= level && line.msg.find(text) != std::string::npos;
+      }));
+}
+
+bool LogListener::waitForLine(const std::string& text, int level, double seconds) {
+  return waitFor([&] { return count(text, level) > 0; }, seconds);
+}
+
+ProcessSize sizeOf(int process) {
+  const std::string folder = "/proc/" + std::to_string(process);
+  ProcessSize size;
+  std::ifstream status(folder + "/status");
+  for (std::string word; status >> word;) {
+    if (word == "VmRSS:") status >> size.resident;
+    if (word == "Threads:") status >> size.threads;
+  }
+  size.resident /= 1024.0;  // from kB
+  using Files = std::filesystem::directory_iterator;
+  size.files = static_cast<int>(std::distance(Files(folder + "/fd"), Files()));
+  return size;
 }
 
 int runTests(int argc, char** argv, const std::string& name) {

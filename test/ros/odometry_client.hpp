@@ -10,6 +10,7 @@
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/ros.h>
+#include <rosgraph_msgs/Log.h>
 #include <tf2_msgs/TFMessage.h>
 
 #include <array>
@@ -52,6 +53,11 @@ class OdometryClient {
   /// Calls ~reset; the next step may jump.
   bool reset();
   void announceJump() { invariants_.announceJump(); }
+  /// The odometry was started again: nothing that it published before counts.
+  void announceNewRun() {
+    invariants_.announceNewRun();
+    unchecked_.clear();
+  }
 
   /// True when the process is the one it was at the start.
   bool processLives() const { return alive(node_) == process_ && process_ != 0; }
@@ -85,7 +91,10 @@ class DiagnosticsListener {
  public:
   DiagnosticsListener();
 
-  /// Waits for a status of this name and level whose message holds the text.
+  /// True when there was a status of this name and level whose message holds the text.
+  bool has(const std::string& name, int level, const std::string& text) const;
+
+  /// Waits for one.
   bool waitForStatus(const std::string& name, int level, const std::string& text);
 
   /// Times at which reports of the name came.
@@ -101,6 +110,33 @@ class DiagnosticsListener {
   std::vector<Heard> heard_;
   ros::Subscriber subscriber_;
 };
+
+/// The log of all nodes.
+class LogListener {
+ public:
+  LogListener();
+
+  /// Lines of at least this level that hold the text so far.
+  std::size_t count(const std::string& text, int level) const;
+
+  /// Waits for such a line.
+  bool waitForLine(const std::string& text, int level, double seconds = 20.0);
+
+  /// True once the log is heard from.
+  bool connected() const { return subscriber_.getNumPublishers() > 0; }
+
+ private:
+  std::vector<rosgraph_msgs::Log> lines_;
+  ros::Subscriber subscriber_;
+};
+
+/// What a process holds, from /proc.
+struct ProcessSize {
+  double resident{0.0};  ///< [MB]
+  int threads{0};
+  int files{0};
+};
+ProcessSize sizeOf(int process);
 
 /// main() of a test that is a node.
 int runTests(int argc, char** argv, const std::string& name);

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """The package's files are in order: catkin_lint without findings, every source file formatted, every erratum
-of the papers tested."""
+of the papers tested, nothing in the sources that docs/reliability.md rules out."""
 
 import pathlib
 import re
@@ -51,6 +51,50 @@ class Style(unittest.TestCase):
         for number, name in rows:
             self.assertTrue(name.startswith(f"E{int(number):02d}"), f"row E{number} names {name}")
         self.assertCountEqual([name for _, name in rows], re.findall(r"TEST\(Errata, (\w+)\)", sources))
+
+
+class Contract(unittest.TestCase):
+    """Promises of docs/reliability.md that are kept by what the sources do not hold."""
+
+    @staticmethod
+    def lines_with(pattern, *folders):
+        """File and text of every line of C++ that holds the pattern outside a comment."""
+        sources = [path for folder in folders for path in (ROOT / folder).rglob("*.[ch]pp")]
+        return [
+            (path.name, line.strip())
+            for path in sorted(sources)
+            for line in path.read_text().splitlines()
+            if re.search(pattern, line.split("//")[0])
+        ]
+
+    def test_P5_parameters_are_read_in_one_place(self):
+        """Nothing but the start asks the parameter server."""
+        reading = r"ros::param|\b[gs]etParam\b|\bsearchParam|\bhasParam|\.param[<(]|\bparam<"
+        found = self.lines_with(reading, "src", "include")
+        self.assertEqual([name for name, _ in found], ["parameter_server.cpp"], found)
+
+    def test_X2_no_shell(self):
+        """Programs are started in one place, by their path and their arguments, and no node does it."""
+        self.assertEqual(self.lines_with(r"\b(system|popen|wordexp|exec[lv]p?e?)\s*\(", "src", "include"), [])
+        started = self.lines_with(r"\b(posix_spawnp?|fork)\s*\(", "src", "include")
+        self.assertEqual([name for name, _ in started], ["program.cpp"], started)
+        self.assertTrue((ROOT / "src/tools/program.cpp").is_file())
+
+    def test_X2_no_service_takes_a_path(self):
+        """Requests are empty, or two times."""
+        for service in (ROOT / "srv").glob("*.srv"):
+            request = service.read_text().split("---")[0]
+            self.assertEqual(re.findall(r"^(\w+) \w+$", request, re.MULTILINE), ["time", "time"], service.name)
+        types = self.lines_with(r"::Request&", "include")
+        self.assertEqual(len(types), 6, types)
+        for name, line in types:
+            self.assertRegex(line, r"\((std_srvs::Trigger|const RelativeMotion|RelativeMotion)::Request& \w+"
+                             if name != "relative_motion.hpp" else r"const RelativeMotion::Request& request")
+
+    def test_N6_no_throttle_is_shared(self):
+        """ROS' throttles keep their time in static variables, which cars in one manager would share."""
+        found = self.lines_with(r"_THROTTLE\(|_ONCE\(", "src/ros", "include")
+        self.assertEqual([name for name, _ in found if name != "simulated_car_node.cpp"], [], found)
 
 
 if __name__ == "__main__":

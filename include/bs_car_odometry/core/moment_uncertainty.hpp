@@ -18,6 +18,7 @@ class ExactMoments final : public PoseUncertainty {
   void inflate(const Eigen::Matrix3d& covariance) override { noise_.add(covariance); }
   void setSystematic(const SystematicPrior& prior, const SystematicCovariance& carried) override;
   void getTotal(Eigen::Matrix3d& total) const override;
+  bool repaired() const override { return repaired_; }
 
   /// Covariance about the expected pose.
   Eigen::Matrix3d central() const;
@@ -33,6 +34,7 @@ class ExactMoments final : public PoseUncertainty {
   SystematicRule rule_;
   SystematicNodes nodes_;              ///< with the rule of degree five
   SystematicSensitivity sensitivity_;  ///< otherwise
+  mutable bool repaired_{false};       ///< of the latest getTotal()
 };
 
 /// P2's closed form (1) to (5) with the cross terms that P2 leaves out (docs/model.md, S3), for the body

@@ -16,4 +16,8 @@ inline bool isPositiveDefinite(const Eigen::Matrix3d& m) {
 /// The nearest covariance: symmetric, with eigenvalues below zero put to zero.
 Eigen::Matrix3d withoutNegativeVariances(const Eigen::Matrix3d& covariance);
 
+/// Puts the nearest covariance in the place of a matrix.
+/// @return true where the matrix was none, by more than rounding
+bool repair(Eigen::Matrix3d& covariance);
+
 }  // namespace bs_car_odometry

@@ -24,9 +24,10 @@ enum class Verdict {
   kFuture,
   kNotFinite,
   kSteeringLimit,
-  kNoSteering,   ///< wheels before any steering angle was known
-  kImplausible,  ///< counters further on than max_speed allows
-  kOverflow,     ///< too many messages waiting
+  kNoSteering,      ///< wheels before any steering angle was known
+  kImplausible,     ///< counters further on than max_speed allows
+  kOverflow,        ///< too many messages waiting
+  kRivalPublisher,  ///< of a second publisher on an input
   kCount
 };
 
@@ -42,11 +43,14 @@ struct InputCounts {
   std::uint64_t wheel_messages{0};
   std::uint64_t steering_messages{0};
   std::array<std::uint64_t, static_cast<std::size_t>(Verdict::kCount)> verdicts{};
-  std::uint64_t steering_held{0};     ///< steps on the last reading, no newer one having come in time
-  std::uint64_t counter_restarts{0};  ///< counters taken as a new reference
-  std::uint64_t gaps{0};              ///< intervals longer than max_gap
-  std::uint64_t wheel_jumps{0};       ///< counters of single wheels that jumped and were left out
-  std::uint64_t refused_states{0};    ///< steps undone because the result was not finite
+  std::uint64_t steering_held{0};       ///< steps on the last reading, no newer one having come in time
+  std::uint64_t counter_restarts{0};    ///< counters taken as a new reference
+  std::uint64_t gaps{0};                ///< intervals longer than max_gap
+  std::uint64_t wheel_jumps{0};         ///< counters of single wheels that jumped and were left out
+  std::uint64_t refused_states{0};      ///< steps undone because the result was not finite
+  std::uint64_t ambiguous_gaps{0};      ///< gaps in which the counters may have wrapped unseen
+  std::uint64_t covariance_repairs{0};  ///< covariances that were not positive semidefinite
+  double refused_angle{0.0};            ///< [rad], of the newest message dropped as kSteeringLimit
   Duration ahead{0};  ///< how far the newest message dropped as kFuture was ahead of the clock
 
   std::uint64_t operator[](Verdict verdict) const { return verdicts[static_cast<std::size_t>(verdict)]; }
@@ -152,13 +156,16 @@ class OdometryPipeline {
   PerWheel<double> travels(const WheelCounts& from, const WheelCounts& to) const;
   PerWheel<bool> jumps(const WheelCounts& from, const WheelCounts& to, Duration interval) const;
   bool takeReference(const WheelCounts& counts);
+  bool isAmbiguous(Duration interval) const;
+  void takeAnew(const WheelCounts& counts);
   void move(const WheelCounts& counts);
   StepReadings read(const StepReadings& measured, bool seen);
   Eigen::Matrix3d watch(const StepReadings& measured, std::optional<Duration> interval);
   void leaveOutJumps(StepReadings& readings);
   StepReadings readingsUntil(const WheelCounts& counts);
+  Eigen::Vector3d bendPath(const StepReadings& readings, const PerAxle<double>& doubt);
   void rememberStep(const TimeSpan& span, bool twist_known, const PerAxle<double>& doubt,
-                    const Eigen::Matrix3d& fault_covariance);
+                    const Eigen::Matrix3d& unforeseen);
   void rememberUnseen(const TimeSpan& span);
   void reportStep(const StepReadings& measured, const PerWheel<bool>& left_out);
   PerAxle<double> steeringReadingsAt(Time stamp) const;

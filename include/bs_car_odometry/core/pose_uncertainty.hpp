@@ -55,6 +55,9 @@ class PoseUncertainty {
   /// Sigma_total; into a matrix that exists: no copy in every step.
   virtual void getTotal(Eigen::Matrix3d& total) const = 0;
 
+  /// True when the latest total was not positive semidefinite, and the nearest one that is was given instead.
+  virtual bool repaired() const { return false; }
+
   /// The pose to publish in the place of the dead-reckoned one, where the method has one.
   virtual std::optional<Pose2> mean() const { return std::nullopt; }
 

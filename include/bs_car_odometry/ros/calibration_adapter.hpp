@@ -37,9 +37,9 @@ class CalibrationAdapter {
   explicit CalibrationAdapter(const Parameters& parameters);
 
   /// Messages in, with the time of their receipt: the clock live, the record time in a bag.
-  Verdict add(const WheelTicks& message, const ros::Time& receipt);
-  Verdict add(Axle axle, const SteeringAngle& message, const ros::Time& receipt);
-  JointVerdicts add(const RawJointState& message, const ros::Time& receipt);
+  Verdict add(const WheelTicks& message, const ros::Time& receipt, const Sender& sender = {});
+  Verdict add(Axle axle, const SteeringAngle& message, const ros::Time& receipt, const Sender& sender = {});
+  JointVerdicts add(const RawJointState& message, const ros::Time& receipt, const Sender& sender = {});
   calibration::LaserVerdict add(const geometry_msgs::PoseWithCovarianceStamped& message,
                                 const ros::Time& receipt);
 

@@ -6,6 +6,8 @@
 #include "bs_car_odometry/ros/calibration_adapter.hpp"
 #include "bs_car_odometry/ros/calibration_diagnostics.hpp"
 #include "bs_car_odometry/ros/clock_watch.hpp"
+#include "bs_car_odometry/ros/log_throttle.hpp"
+#include "bs_car_odometry/ros/wait_timer.hpp"
 
 #include <ros/ros.h>
 #include <std_srvs/Trigger.h>
@@ -44,12 +46,11 @@ class CalibrationRos {
   /// What every input message goes through: clock, adapter, log, then whatever has become complete.
   template <typename Add>
   void receive(const Add& add);
-  bool clockRuns(const ros::Time& now);
-  void warn(const std::string& topic, Verdict verdict);
+  void warn(const char* topic, Verdict verdict);
   void warn(calibration::LaserVerdict verdict, const ros::Time& now);
   void note(const calibration::CalibrationUpdate& update);
   void takeUpdates(const ros::Time& now);
-  void startWaiting(const ros::Time& now);
+  void takeAndWait(const ros::Time& now);
 
   std::uint64_t refusedAtTheDoor() const;
   void publishState(const ros::Time& stamp);
@@ -71,6 +72,7 @@ class CalibrationRos {
   calibration::DrivenPaths paths_;
   CalibrationDiagnostics diagnostics_;
   ClockWatch clock_;
+  WaitTimer wait_timer_;
   CalibrationState state_;  ///< of the latest update, with what does not change
 
   std::vector<ros::Subscriber> subscribers_;
@@ -80,15 +82,13 @@ class CalibrationRos {
   ros::Publisher laser_path_publisher_;
   ros::Publisher before_publisher_;
   ros::Publisher after_publisher_;
-  ros::Timer wait_timer_;
   ros::WallTimer path_timer_;
   ros::WallTimer checkpoint_timer_;
   std::uint64_t refused_before_{0};  ///< at the door, before the calibration began
   bool paths_changed_{false};
-  bool warned_of_clock_{false};
-  std::array<ros::SteadyTime, static_cast<std::size_t>(Verdict::kCount)> warned_;
-  std::array<ros::SteadyTime, static_cast<std::size_t>(calibration::LaserVerdict::kCount)> laser_warned_;
-  ros::SteadyTime jump_warned_;
+  DropLog drop_log_;
+  std::array<LogThrottle, static_cast<std::size_t>(calibration::LaserVerdict::kCount)> laser_log_;
+  LogThrottle jump_log_;
 };
 
 }  // namespace bs_car_odometry

@@ -2,13 +2,11 @@
 
 #include "bs_car_odometry/core/vehicle.hpp"
 #include "bs_car_odometry/parameters/parameters.hpp"
+#include "bs_car_odometry/ros/raw_message.hpp"
 
-#include <ros/message_traits.h>
-#include <ros/serialization.h>
 #include <ros/time.h>
 #include <sensor_msgs/JointState.h>
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,12 +14,7 @@
 
 namespace bs_car_odometry {
 
-/// A `sensor_msgs/JointState` as it came over the wire. The message's own reader allocates what its length
-/// fields claim before it looks whether so much is there: 40 bytes can ask for gigabytes. This one copies the
-/// bytes that are there, and readJointState() checks every length against them.
-struct RawJointState {
-  std::vector<std::uint8_t> bytes;
-};
+using RawJointState = RawMessage<sensor_msgs::JointState>;
 
 /// Stamp, names and positions of a joint state.
 struct JointPositions {
@@ -42,41 +35,3 @@ PerAxle<std::optional<double>> axleReadings(const Vehicle& vehicle, const JointN
                                             const JointPositions& positions);
 
 }  // namespace bs_car_odometry
-
-namespace ros {
-namespace message_traits {
-
-template <>
-struct MD5Sum<bs_car_odometry::RawJointState> {
-  static const char* value(const bs_car_odometry::RawJointState& /*message*/) { return value(); }
-  static const char* value() { return MD5Sum<sensor_msgs::JointState>::value(); }
-};
-template <>
-struct DataType<bs_car_odometry::RawJointState> {
-  static const char* value(const bs_car_odometry::RawJointState& /*message*/) { return value(); }
-  static const char* value() { return DataType<sensor_msgs::JointState>::value(); }
-};
-template <>
-struct Definition<bs_car_odometry::RawJointState> {
-  static const char* value(const bs_car_odometry::RawJointState& /*message*/) { return value(); }
-  static const char* value() { return Definition<sensor_msgs::JointState>::value(); }
-};
-template <>
-struct IsMessage<bs_car_odometry::RawJointState> : TrueType {};
-
-}  // namespace message_traits
-
-namespace serialization {
-
-template <>
-struct Serializer<bs_car_odometry::RawJointState> {
-  template <typename Stream>
-  static void read(Stream& stream, bs_car_odometry::RawJointState& message) {
-    const std::uint32_t length = stream.getLength();
-    const std::uint8_t* begin = stream.advance(length);
-    message.bytes.assign(begin, begin + length);
-  }
-};
-
-}  // namespace serialization
-}  // namespace ros

@@ -8,6 +8,7 @@
 #include "bs_car_odometry/ros/calibration_acceptance.hpp"
 #include "bs_car_odometry/ros/conversions.hpp"
 #include "bs_car_odometry/ros/joint_state_reader.hpp"
+#include "bs_car_odometry/ros/publisher_watch.hpp"
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <ros/time.h>
@@ -34,10 +35,11 @@ class OdometryAdapter {
  public:
   explicit OdometryAdapter(const Parameters& parameters);
 
-  /// Messages in, with the time of their receipt: the clock live, the record time in a bag.
-  Verdict add(const WheelTicks& message, const ros::Time& receipt);
-  Verdict add(Axle axle, const SteeringAngle& message, const ros::Time& receipt);
-  JointVerdicts add(const RawJointState& message, const ros::Time& receipt);
+  /// Messages in, with the time of their receipt: the clock live, the record time in a bag. Each input is
+  /// kept to its first publisher; joint states are an input of the wheels and one of each axle's steering.
+  Verdict add(const WheelTicks& message, const ros::Time& receipt, const Sender& sender = {});
+  Verdict add(Axle axle, const SteeringAngle& message, const ros::Time& receipt, const Sender& sender = {});
+  JointVerdicts add(const RawJointState& message, const ros::Time& receipt, const Sender& sender = {});
 
   /// The next update that is complete at `now`.
   std::optional<OdometryUpdate> next(const ros::Time& now);
@@ -63,13 +65,18 @@ class OdometryAdapter {
 
  private:
   std::optional<Time> stampOf(const ros::Time& stamp, const ros::Time& receipt) const;
-  Verdict addSteeringJoints(const JointPositions& joints, Time stamp, Time receipt);
-  std::optional<Verdict> addWheelJoints(const JointPositions& joints, Time stamp, Time receipt);
+  Verdict addWheels(const WheelCounts& counts, const Sender& sender);
+  Verdict addSteering(Axle axle, Time stamp, Time receipt, double reading, const Sender& sender);
+  Verdict addSteeringJoints(const JointPositions& joints, Time stamp, Time receipt, const Sender& sender);
+  std::optional<Verdict> addWheelJoints(const JointPositions& joints, Time stamp, Time receipt,
+                                        const Sender& sender);
 
   Parameters parameters_;
   OutputFrames frames_;
   OdometryPipeline pipeline_;
   CalibrationAcceptance acceptance_;
+  PublisherWatch wheel_publishers_;
+  PerAxle<PublisherWatch> steering_publishers_;
 };
 
 }  // namespace bs_car_odometry

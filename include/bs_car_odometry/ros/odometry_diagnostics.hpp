@@ -1,6 +1,8 @@
 #pragma once
 
 #include "bs_car_odometry/core/odometry_pipeline.hpp"
+#include "bs_car_odometry/ros/log_throttle.hpp"
+#include "bs_car_odometry/ros/master_watch.hpp"
 
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/ros.h>
@@ -26,8 +28,13 @@ class OdometryDiagnostics {
   }
   void noteUpdate(const OdometryUpdate& update) {
     state_ = update.report.state;
+    steering_age_ = update.report.steering_age;
     sensors_ = update.report.sensors;
   }
+  /// Notes a message on a topic that another publisher is heard on.
+  void noteRivalInput(const std::string& topic) { rival_input_ = topic; }
+  /// Notes what was said of another publisher of the transform.
+  void noteRivalTransform(const std::string& text) { rival_transform_ = text; }
 
  private:
   using Status = diagnostic_updater::DiagnosticStatusWrapper;
@@ -46,9 +53,15 @@ class OdometryDiagnostics {
 
   const OdometryPipeline& pipeline_;
   diagnostic_updater::Updater updater_;
+  std::string started_;  ///< when: a later time than before says that the process was started again
+  MasterWatch master_;
+  LogThrottle master_log_;
   ros::WallTimer timer_;
   ros::SteadyTime newest_wheels_;
   OdometryState state_{OdometryState::kNominal};
+  PerAxle<double> steering_age_;  ///< [s]
+  std::string rival_input_;
+  std::string rival_transform_;
   SensorReport sensors_;
   unsigned char calibration_level_{diagnostic_msgs::DiagnosticStatus::OK};
   std::string calibration_text_{"none: the gains are those of the vehicle file"};

@@ -2,14 +2,17 @@
 
 #include "bs_car_odometry/RelativeMotion.h"
 #include "bs_car_odometry/parameters/parameters.hpp"
+#include "bs_car_odometry/ros/clock_watch.hpp"
+#include "bs_car_odometry/ros/early_messages.hpp"
+#include "bs_car_odometry/ros/log_throttle.hpp"
 #include "bs_car_odometry/ros/odometry_adapter.hpp"
 #include "bs_car_odometry/ros/odometry_diagnostics.hpp"
+#include "bs_car_odometry/ros/wait_timer.hpp"
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
 #include <ros/ros.h>
 #include <std_srvs/Trigger.h>
 
-#include <array>
 #include <string>
 #include <vector>
 
@@ -22,6 +25,9 @@ class OdometryRos {
   /// Reads every parameter and the calibration file, once.
   /// @throws ParameterError, CalibrationFileError
   OdometryRos(const ros::NodeHandle& node, const ros::NodeHandle& private_node);
+  ~OdometryRos();
+  OdometryRos(const OdometryRos&) = delete;
+  OdometryRos& operator=(const OdometryRos&) = delete;
 
  private:
   void advertise();
@@ -29,19 +35,21 @@ class OdometryRos {
   void subscribeSteering(Axle axle);
   void subscribeWheels();
   void subscribeJoints();
+  void subscribeTransforms();
+  template <typename Message, typename Add>
+  void subscribeTo(const char* topic, const Add& add);
   /// What every input message goes through: clock, adapter, log, then whatever has become complete.
   template <typename Add>
   void receive(const char* topic, const Add& add);
-  /// Warns of a dropped message, once per cause in a while.
-  void warn(const char* topic, Verdict verdict);
+  /// Begins a new run, or a new time, when the clock went back.
+  void followClock(const ros::Time& now);
+  bool isEarly(const ros::Time& stamp);
   /// Warns of wheels that were dropped when their turn came.
   void warnOfLateDrops();
-  void noteClock(const ros::Time& now);
   void publishComplete(const ros::Time& now);
   void publishUpdates(const ros::Time& now);
   void publish(const OdometryUpdate& update);
   void publishParticles(const OdometryUpdate& update);
-  void startWaiting(const ros::Time& now);
   void reportCalibrationFile();
   void onCalibration(const CalibrationState& message);
   void onSetPose(const geometry_msgs::PoseWithCovarianceStamped& message);
@@ -54,6 +62,9 @@ class OdometryRos {
   std::string calibration_error_;  ///< why calibration_file is not used; what follows is made with its gains
   OdometryAdapter adapter_;
   OdometryDiagnostics diagnostics_;
+  ClockWatch clock_;
+  WaitTimer wait_timer_;
+  EarlyMessages early_;
 
   std::vector<ros::Subscriber> subscribers_;
   ros::Publisher odom_publisher_;
@@ -63,11 +74,16 @@ class OdometryRos {
   ros::SteadyTime particles_published_;
   ros::ServiceServer reset_server_;
   ros::ServiceServer relative_motion_server_;
-  ros::Timer wait_timer_;
-  Time newest_receipt_;
   InputCounts known_counts_;  ///< what the log knows of
-  bool warned_of_clock_{false};
-  std::array<ros::SteadyTime, static_cast<std::size_t>(Verdict::kCount)> warned_;
+  DropLog drop_log_;
+  LogThrottle rival_transform_log_;
+  LogThrottle restart_log_;
+  LogThrottle state_log_;
+  LogThrottle gap_log_;
+  LogThrottle repair_log_;
+  LogThrottle pose_set_log_;
+  LogThrottle pose_refused_log_;
+  LogThrottle calibration_refused_log_;
 };
 
 /// The parameters below `private_node`; warnings go to the log.

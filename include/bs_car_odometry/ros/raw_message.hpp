@@ -1,0 +1,109 @@
+#pragma once
+
+#include <ros/message_traits.h>
+#include <ros/serialization.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace bs_car_odometry {
+
+/// A message as it came over the wire, at most so many bytes of it. A message's own reader allocates what its
+/// length fields claim before it looks whether so much is there: 40 bytes can ask for gigabytes. This one
+/// copies the bytes that are there, and a ByteReader checks every length against them.
+template <typename Message, std::uint32_t kMostBytes = std::numeric_limits<std::uint32_t>::max()>
+struct RawMessage {
+  std::vector<std::uint8_t> bytes;
+};
+
+/// Reads little-endian values off a byte range and remembers whether everything was there.
+class ByteReader {
+ public:
+  explicit ByteReader(const std::vector<std::uint8_t>& bytes) : next_(bytes.data()), left_(bytes.size()) {}
+
+  template <typename T>
+  T value() {
+    T value{};
+    if (!skip(sizeof(T))) return value;
+    std::memcpy(&value, next_ - sizeof(T), sizeof(T));
+    return value;
+  }
+
+  std::string string() {
+    const auto length = value<std::uint32_t>();
+    if (!skip(length)) return {};
+    return {reinterpret_cast<const char*>(next_ - length), length};
+  }
+
+  /// Number of elements that follow, each at least `smallest` bytes long; 0 when so many cannot be there.
+  std::uint32_t count(std::size_t smallest) {
+    const auto count = value<std::uint32_t>();
+    if (count > left_ / smallest) sound_ = false;
+    return sound_ ? count : 0;
+  }
+
+  bool skip(std::size_t size) {
+    sound_ = sound_ && size <= left_;
+    if (!sound_) return false;
+    next_ += size;
+    left_ -= size;
+    return true;
+  }
+
+  bool sound() const { return sound_; }
+
+ private:
+  const std::uint8_t* next_;
+  std::size_t left_;
+  bool sound_{true};
+};
+
+}  // namespace bs_car_odometry
+
+namespace ros {
+namespace message_traits {
+
+template <typename Message, std::uint32_t kMostBytes>
+struct MD5Sum<bs_car_odometry::RawMessage<Message, kMostBytes>> {
+  static const char* value(const bs_car_odometry::RawMessage<Message, kMostBytes>& /*message*/) {
+    return value();
+  }
+  static const char* value() { return MD5Sum<Message>::value(); }
+};
+template <typename Message, std::uint32_t kMostBytes>
+struct DataType<bs_car_odometry::RawMessage<Message, kMostBytes>> {
+  static const char* value(const bs_car_odometry::RawMessage<Message, kMostBytes>& /*message*/) {
+    return value();
+  }
+  static const char* value() { return DataType<Message>::value(); }
+};
+template <typename Message, std::uint32_t kMostBytes>
+struct Definition<bs_car_odometry::RawMessage<Message, kMostBytes>> {
+  static const char* value(const bs_car_odometry::RawMessage<Message, kMostBytes>& /*message*/) {
+    return value();
+  }
+  static const char* value() { return Definition<Message>::value(); }
+};
+template <typename Message, std::uint32_t kMostBytes>
+struct IsMessage<bs_car_odometry::RawMessage<Message, kMostBytes>> : TrueType {};
+
+}  // namespace message_traits
+
+namespace serialization {
+
+template <typename Message, std::uint32_t kMostBytes>
+struct Serializer<bs_car_odometry::RawMessage<Message, kMostBytes>> {
+  template <typename Stream>
+  static void read(Stream& stream, bs_car_odometry::RawMessage<Message, kMostBytes>& message) {
+    const std::uint32_t length = stream.getLength();
+    const std::uint8_t* begin = stream.advance(length);
+    message.bytes.assign(begin, begin + std::min(length, kMostBytes));
+  }
+};
+
+}  // namespace serialization
+}  // namespace ros

@@ -1,0 +1,111 @@
+// N2: the nodelet is loaded into its manager and unloaded again, over and over, in traffic.
+
+#include "odometry_client.hpp"
+
+#include <gtest/gtest.h>
+#include <nodelet/NodeletLoad.h>
+#include <nodelet/NodeletUnload.h>
+
+#include <atomic>
+#include <iostream>
+#include <mutex>
+#include <thread>
+
+namespace bs_car_odometry::testing {
+namespace {
+
+constexpr double kRate = 1000.0;  // Hz
+
+/// A driver that never rests, in a thread of its own.
+class Traffic {
+ public:
+  Traffic() : thread_([this] { run(); }) {}
+  ~Traffic() {
+    stopped_ = true;
+    thread_.join();
+  }
+
+ private:
+  void run() {
+    std::int64_t ticks = 0;
+    for (ros::WallRate rate(kRate); !stopped_; rate.sleep()) {
+      const ros::Time now = ros::Time::now();
+      steering_.publish(steeringAngle(0.1, now));
+      ticks += 10;
+      wheels_.publish(wheelTicks({ticks, ticks, ticks, ticks}, now));
+    }
+  }
+
+  ros::NodeHandle node_;
+  ros::Publisher wheels_{node_.advertise<WheelTicks>("wheel_ticks", 100)};
+  ros::Publisher steering_{node_.advertise<SteeringAngle>("front_steering", 100)};
+  std::atomic<bool> stopped_{false};
+  std::thread thread_;
+};
+
+class Reload : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(load_.waitForExistence(ros::Duration(20.0)));
+    process_ = alive("/manager");
+    ASSERT_NE(process_, 0);
+  }
+
+  void load() {
+    nodelet::NodeletLoad load;
+    load.request.name = "/odometry";
+    load.request.type = "bs_car_odometry/OdometryNodelet";
+    ASSERT_TRUE(load_.call(load) && load.response.success);
+  }
+
+  /// As nodelets are unloaded: whatever is under way in their threads.
+  void unload() {
+    nodelet::NodeletUnload unload;
+    unload.request.name = "/odometry";
+    ASSERT_TRUE(unload_.call(unload) && unload.response.success);
+  }
+
+  /// Loads, hears a few poses, unloads; then nobody publishes any more.
+  void cycle() {
+    Invariants invariants{InputLimits()};
+    std::size_t heard = 0;
+    const ros::Subscriber odom =
+        node_.subscribe<nav_msgs::Odometry>("odom", 100, [&](const nav_msgs::Odometry::ConstPtr& message) {
+          EXPECT_EQ(invariants.violation(*message, ros::Time::now()), "");
+          ++heard;
+        });
+    load();
+    ASSERT_TRUE(waitFor([&] { return heard > 3; })) << "it runs";
+    unload();
+    ASSERT_TRUE(waitFor([&] { return odom.getNumPublishers() == 0; })) << "it is gone";
+    ASSERT_EQ(alive("/manager"), process_) << "invariant 5";
+  }
+
+  ros::NodeHandle node_;
+  ros::ServiceClient load_{node_.serviceClient<nodelet::NodeletLoad>("/manager/load_nodelet")};
+  ros::ServiceClient unload_{node_.serviceClient<nodelet::NodeletUnload>("/manager/unload_nodelet")};
+  int process_{0};
+};
+
+TEST_F(Reload, N2_unload_and_reload_in_traffic) {
+  const int cycles = ros::param::param<int>("~cycles", 100);
+  const int warm = std::max(cycles / 5, 10);
+  const Traffic traffic;
+  for (int i = 0; i < warm; ++i) ASSERT_NO_FATAL_FAILURE(cycle()) << i;
+  const ProcessSize before = sizeOf(process_);
+  for (int i = warm; i < cycles; ++i) ASSERT_NO_FATAL_FAILURE(cycle()) << i;
+  const ProcessSize after = sizeOf(process_);
+  std::cout << cycles << " cycles: " << before.resident << " to " << after.resident << " MB, "
+            << before.threads << " to " << after.threads << " threads, " << before.files << " to "
+            << after.files << " files\n";
+  // An odometry that stayed would keep 0.1 MB for wheels that wait alone, and most of them 8 MB.
+  EXPECT_LT(after.resident - before.resident, 2.0);
+  EXPECT_EQ(after.threads, before.threads);
+  // Connections that are being closed count, too: no more than topics and services.
+  EXPECT_LE(after.files, before.files + 8);
+}
+
+}  // namespace
+}  // namespace bs_car_odometry::testing
+
+int main(int argc, char** argv) { return bs_car_odometry::testing::runTests(argc, argv, "reload_test"); }

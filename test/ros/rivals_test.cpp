@@ -1,0 +1,131 @@
+// Others who publish what the odometry hears (E10) or what it publishes itself (O8).
+
+#include "child_process.hpp"
+#include "odometry_client.hpp"
+
+#include <gtest/gtest.h>
+
+namespace bs_car_odometry::testing {
+namespace {
+
+using Level = diagnostic_msgs::DiagnosticStatus;
+
+std::vector<std::string> companion(const std::string& role, const std::string& name) {
+  return {BS_CAR_ODOMETRY_COMPANION, role, "__name:=" + name};
+}
+
+class Rivals : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(client_.connect()); }
+  void TearDown() override { EXPECT_TRUE(client_.processLives()) << "invariant 5"; }
+
+  /// 10 mm straight ahead.
+  std::optional<nav_msgs::Odometry> ahead() {
+    ticks_ += 100;
+    return client_.step({ticks_, ticks_, ticks_, ticks_});
+  }
+
+  OdometryClient client_{"", "/odometry"};
+  DiagnosticsListener diagnostics_;
+  LogListener log_;
+  std::int64_t ticks_{0};
+};
+
+TEST_F(Rivals, E10_the_first_publisher_is_kept) {
+  ASSERT_TRUE(client_.reset());
+  const auto first = ahead();
+  ASSERT_TRUE(first);
+  std::optional<nav_msgs::Odometry> last;
+  {
+    const ChildProcess rival(companion("driver", "rival"));
+    // Each step as long as it takes, but nothing of the rival: it turns, and has other counters.
+    ASSERT_TRUE(waitFor([&] {
+      last = ahead();
+      return last && client_.status().dropped_rival_publisher > 100;
+    })) << rival.output();
+    EXPECT_NEAR(last->pose.pose.position.x - first->pose.pose.position.x,
+                1e-4 * static_cast<double>(ticks_ - 100), 1e-9);
+    EXPECT_EQ(last->pose.pose.position.y, first->pose.pose.position.y);
+    EXPECT_EQ(client_.status().counter_restarts, 0u);
+    EXPECT_TRUE(diagnostics_.waitForStatus("bs_car_odometry: Encoders", Level::ERROR,
+                                           "another node publishes on this input"));
+    EXPECT_TRUE(log_.waitForLine("another node publishes on this input", rosgraph_msgs::Log::ERROR));
+    EXPECT_LE(log_.count("another node publishes on this input", rosgraph_msgs::Log::ERROR),
+              1 + static_cast<std::size_t>((last->header.stamp - first->header.stamp).toSec() / 5.0));
+
+    // The first driver falls silent: after a second the other one is heard.
+    client_.announceJump();
+    const std::size_t before = client_.odometry().size();
+    EXPECT_TRUE(waitFor([&] {
+      client_.announceJump();
+      return client_.odometry().size() > before + 20;
+    }));
+  }
+  // The rival has ended, without a word to anybody in the other order: the first one comes back.
+  client_.announceJump();
+  ASSERT_TRUE(waitFor([&] {
+    client_.announceJump();
+    return ahead().has_value();
+  }));
+  const auto from = ahead();
+  const auto to = ahead();
+  ASSERT_TRUE(from && to);
+  EXPECT_NEAR(std::hypot(to->pose.pose.position.x - from->pose.pose.position.x,
+                         to->pose.pose.position.y - from->pose.pose.position.y),
+              0.01, 1e-9);
+}
+
+TEST_F(Rivals, O8_a_foreign_transform_of_the_base_is_warned_of) {
+  ASSERT_TRUE(client_.reset());
+  ASSERT_TRUE(ahead());
+  EXPECT_EQ(log_.count("on /tf, too", rosgraph_msgs::Log::WARN), 0u) << "its own is none";
+  const ChildProcess rival(companion("transform", "rival_tf"));
+  const std::string text =
+      "/rival_tf publishes 'map' -> 'base_link' on /tf, too: stop it, or set 'publish_tf";
+  EXPECT_TRUE(diagnostics_.waitForStatus("bs_car_odometry: Output", Level::WARN, text)) << rival.output();
+  EXPECT_TRUE(log_.waitForLine(text, rosgraph_msgs::Log::WARN));
+  EXPECT_EQ(log_.count(text, rosgraph_msgs::Log::WARN), 1u) << "a hundred a second, one line in 5 s";
+  ASSERT_TRUE(ahead());
+}
+
+// Readings in degrees of a driver that was set up wrongly.
+TEST_F(Rivals, S3_degrees_as_radians_are_hinted_at_within_a_second) {
+  ASSERT_TRUE(client_.reset());
+  ASSERT_TRUE(ahead());
+  ASSERT_TRUE(waitFor([&] { return log_.connected(); }));
+  client_.send(steeringAngle(20.0, ros::Time::now()));
+  EXPECT_TRUE(log_.waitForLine("if it were in degrees", rosgraph_msgs::Log::WARN, 1.0));
+  EXPECT_TRUE(diagnostics_.waitForStatus("bs_car_odometry: Steering", Level::WARN, "if it were in degrees"));
+}
+
+TEST_F(Rivals, S4_a_silent_steering_is_a_warning_first_and_an_error_after_a_second) {
+  ASSERT_TRUE(client_.reset());
+  ASSERT_TRUE(ahead());
+  ASSERT_TRUE(waitFor([&] { return log_.connected(); }));
+  const std::size_t before = client_.odometry().size();
+  const auto wheelsOnly = [&] {
+    ticks_ += 10;
+    client_.send(wheelTicks({ticks_, ticks_, ticks_, ticks_}, ros::Time::now()));
+    return false;
+  };
+  // waitFor() calls it every 10 ms at most.
+  waitFor(wheelsOnly, 0.9);
+  EXPECT_GT(client_.odometry().size(), before) << "the angle is held";
+  EXPECT_EQ(client_.status().state, OdometryStatus::NO_STEERING);
+  EXPECT_TRUE(log_.waitForLine("older than 'max_steering_age'", rosgraph_msgs::Log::WARN, 1.0));
+  EXPECT_TRUE(waitFor(
+      [&] {
+        wheelsOnly();
+        return diagnostics_.has("bs_car_odometry: Steering", Level::ERROR, "older than 'max_steering_age'");
+      },
+      5.0));
+  EXPECT_GT(client_.status().steering_age[0], 1.0);
+  EXPECT_TRUE(ahead());
+  EXPECT_TRUE(ahead());
+  EXPECT_EQ(client_.status().state, OdometryStatus::NOMINAL) << "recovery in two messages";
+}
+
+}  // namespace
+}  // namespace bs_car_odometry::testing
+
+int main(int argc, char** argv) { return bs_car_odometry::testing::runTests(argc, argv, "rivals_test"); }
