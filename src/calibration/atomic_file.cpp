@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 namespace bs_car_odometry::calibration {
 
@@ -38,7 +39,7 @@ std::string hiddenPath(const std::string& path) { return folderOf(path) + "/." +
   fail(path, why + "; choose a folder in which this user may write");
 }
 
-/// An open file that is closed at the end of its scope, which also gives up its lock.
+/// An open file that is closed at the end of its scope.
 class Descriptor {
  public:
   explicit Descriptor(int file) : file_(file) {}
@@ -55,7 +56,7 @@ class Descriptor {
 
 void checkTarget(const std::string& path) {
   const std::string name = fileNameOf(path);
-  if (name.empty() || name == "." || name == "..") fail(path, "it is no name of a file; name one");
+  if (name.empty() || name == "." || name == "..") fail(path, "it is not the name of a file; name one");
   struct stat status {};
   if (::lstat(path.c_str(), &status) != 0) return;  // not there yet, or its folder is not
   if (S_ISLNK(status.st_mode)) fail(path, kSymbolicLink);
@@ -81,14 +82,12 @@ int openHidden(const std::string& path) {
 }
 
 void writeAll(int file, const std::string& text, const std::string& path) {
-  if (::ftruncate(file, 0) != 0) failBySystem(path);
   for (std::size_t done = 0; done < text.size();) {
     const ssize_t written = ::write(file, text.data() + done, text.size() - done);
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) failBySystem(path);
     done += static_cast<std::size_t>(written);
   }
-  if (::fsync(file) != 0) failBySystem(path);
 }
 
 /// Until a folder's entries are on the disk, a renaming may be undone by a loss of power.
@@ -101,25 +100,44 @@ void syncFolder(const std::string& path) {
 
 }  // namespace
 
-void writeAtomically(const std::string& path, const std::string& text) {
-  checkTarget(path);
-  const Descriptor file(openHidden(path));
-  const std::string hidden = hiddenPath(path);
-  try {
-    writeAll(file.get(), text, path);
-    if (::rename(hidden.c_str(), path.c_str()) != 0) failBySystem(path);
-  } catch (...) {
-    ::unlink(hidden.c_str());
-    throw;
-  }
-  syncFolder(path);
+AtomicFile::AtomicFile(std::string path) : path_(std::move(path)), temporary_path_(hiddenPath(path_)) {
+  checkTarget(path_);
+  file_ = openHidden(path_);
+  if (::ftruncate(file_, 0) == 0) return;
+  const int error = errno;
+  remove();
+  failBySystem(path_, error);
 }
 
-void checkWritable(const std::string& path) {
-  checkTarget(path);
-  const Descriptor file(openHidden(path));
-  ::unlink(hiddenPath(path).c_str());
+AtomicFile::~AtomicFile() { remove(); }
+
+void AtomicFile::remove() {
+  if (file_ < 0) return;
+  ::unlink(temporary_path_.c_str());
+  close();
 }
+
+/// Gives up the lock.
+void AtomicFile::close() {
+  ::close(file_);
+  file_ = -1;
+}
+
+void AtomicFile::write(const std::string& text) { writeAll(file_, text, path_); }
+
+void AtomicFile::commit() {
+  if (::fsync(file_) != 0 || ::rename(temporary_path_.c_str(), path_.c_str()) != 0) failBySystem(path_);
+  close();
+  syncFolder(path_);
+}
+
+void writeAtomically(const std::string& path, const std::string& text) {
+  AtomicFile file(path);
+  file.write(text);
+  file.commit();
+}
+
+void checkWritable(const std::string& path) { const AtomicFile file(path); }
 
 std::string readSmallFile(const std::string& path, std::size_t most) {
   const auto refuse = [&path](const std::string& why) -> void {

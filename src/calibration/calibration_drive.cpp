@@ -40,7 +40,8 @@ MeasuredStep CalibrationDrive::step(std::size_t i) const {
 void DriveRecorder::add(const CalibrationUpdate& update, const LaserCounts& counts) {
   const bool jumped = counts.relocalisations != relocalisations_;
   relocalisations_ = counts.relocalisations;
-  drive_.add(DriveLaser{update.laser, update.estimate.pose, jumped});
+  const bool rejected = update.innovation.nis > kRejectLimit;
+  drive_.add(DriveLaser{update.laser, update.estimate.pose, jumped, rejected});
 }
 
 }  // namespace bs_car_odometry::calibration

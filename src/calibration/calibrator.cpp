@@ -2,6 +2,7 @@
 
 #include "bs_car_odometry/calibration/first_fix.hpp"
 #include "bs_car_odometry/calibration/motion_model.hpp"
+#include "bs_car_odometry/calibration/planar.hpp"
 
 #include <Eigen/Cholesky>
 
@@ -204,7 +205,7 @@ void Calibrator::collectFix(const LaserPose& laser) {
   std::vector<LaserPose> lasers;
   std::vector<Pose2> motions;
   std::vector<Pose2> beginnings;
-  const Pose2 mount{parameters_.laser.x, parameters_.laser.y, parameters_.laser.yaw};
+  const Pose2 mount = mountOf(parameters_.laser);
   for (const Fix& fix : fixes_) {
     if (!lasers.empty())
       for (const MeasuredStep& step : fix.steps) model.extend(step, segment);
@@ -244,35 +245,43 @@ void Calibrator::update(const LaserPose& laser) {
   innovation_ = filter_->update(laser, lead);
   if (rehearsal_) rehearsal_->add(laser, lead);
   ++counts_.used;
+  std::optional<LocaliserJump> jump;
   if (innovation_.nis > kRejectLimit) {
     ++counts_.rejected;
-    watchForJump(laser, lead, std::move(before));
+    jump = watchForJump(laser, lead, std::move(before));
   } else {
     before_jump_.reset();
     candidate_.reset();
     rehearse();
   }
   if (span_) span_->end = laser.stamp;
-  report(laser);
+  report(laser, jump);
 }
 
 /// Rejected poses that agree with each other are a new beginning of the map, not outliers.
-void Calibrator::watchForJump(const LaserPose& laser, double lead, std::unique_ptr<Filter> before) {
+std::optional<LocaliserJump> Calibrator::watchForJump(const LaserPose& laser, double lead,
+                                                      std::unique_ptr<Filter> before) {
   if (before) before_jump_ = std::move(before);
   if (candidate_ && candidate_->update(laser, lead).nis <= kRejectLimit) {
-    if (++agreeing_ >= kPosesOfJump) adoptCandidate();
-    return;
+    if (++agreeing_ >= kPosesOfJump) return adoptCandidate();
+    return std::nullopt;
   }
   candidate_ = before_jump_->clone();
   candidate_->begin(laser);
+  candidate_begin_ = laser.stamp;
   agreeing_ = 1;
+  return std::nullopt;
 }
 
-void Calibrator::adoptCandidate() {
+LocaliserJump Calibrator::adoptCandidate() {
+  const Pose2 expected = before_jump_->estimate().pose;
   filter_ = std::move(candidate_);
+  const Pose2 found = filter_->estimate().pose;
   rehearsal_.reset();
   before_jump_.reset();
   ++counts_.relocalisations;
+  return {candidate_begin_, (found.position() - expected.position()).norm(),
+          wrapAngle(found.yaw - expected.yaw)};
 }
 
 void Calibrator::rehearse() {
@@ -283,9 +292,9 @@ void Calibrator::rehearse() {
   if (rehearsal_->isOver()) rehearsal_.reset();
 }
 
-void Calibrator::report(const LaserPose& laser) {
+void Calibrator::report(const LaserPose& laser, const std::optional<LocaliserJump>& jump) {
   if (listener_)
-    listener_({laser.stamp, *now_, laser, innovation_, filter_->estimate(), excitation_.distance});
+    listener_({laser.stamp, *now_, laser, innovation_, filter_->estimate(), excitation_.distance, jump});
 }
 
 ParameterMask Calibrator::observed() const {

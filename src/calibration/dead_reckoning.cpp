@@ -1,7 +1,8 @@
 #include "bs_car_odometry/calibration/dead_reckoning.hpp"
 
+#include "bs_car_odometry/calibration/planar.hpp"
+
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 
 namespace bs_car_odometry::calibration {
 
@@ -81,10 +82,8 @@ std::optional<DeadReckonedPose> DeadReckoning::next() {
 void DeadReckoning::move(const MotionSegment& segment) {
   const Pose2 before = pose_;
   pose_ = before * segment.motion;
-  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
-  F(0, 2) = before.y - pose_.y;
-  F(1, 2) = pose_.x - before.x;
-  const Eigen::Matrix3d R = Eigen::AngleAxisd(before.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Matrix3d F = leverArm(pose_.position() - before.position());
+  const Eigen::Matrix3d R = rotation(before.yaw);
   noise_ = F * noise_ * F.transpose() + R * segment.covariance() * R.transpose();
   sensitivity_ = F * sensitivity_ + R * segment.J * root_;
 }

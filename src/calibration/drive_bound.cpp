@@ -1,6 +1,6 @@
 #include "bs_car_odometry/calibration/drive_bound.hpp"
 
-#include <cmath>
+#include "bs_car_odometry/calibration/planar.hpp"
 
 namespace bs_car_odometry::calibration {
 
@@ -18,14 +18,6 @@ Eigen::VectorXd valuesAt(const std::vector<std::size_t>& indices, const Paramete
   for (std::size_t k = 0; k < indices.size(); ++k)
     chosen(static_cast<Eigen::Index>(k)) = values(static_cast<Eigen::Index>(indices[k]));
   return chosen;
-}
-
-Eigen::Matrix3d rotation(double yaw) {
-  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
-  matrix(0, 0) = matrix(1, 1) = std::cos(yaw);
-  matrix(1, 0) = std::sin(yaw);
-  matrix(0, 1) = -matrix(1, 0);
-  return matrix;
 }
 
 }  // namespace
@@ -60,9 +52,7 @@ Eigen::MatrixXd DriveBound::selected(
 void DriveBound::predict() {
   const Eigen::Matrix3d turned = rotation(pose_.yaw);
   const Pose2 next = pose_ * segment_.motion;
-  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
-  F(0, 2) = pose_.y - next.y;
-  F(1, 2) = next.x - pose_.x;
+  const Eigen::Matrix3d F = leverArm(next.position() - pose_.position());
   Eigen::Matrix<double, 3, kCount> J = Eigen::Matrix<double, 3, kCount>::Zero();
   J.leftCols<kMotionCount>() = turned * segment_.J;
   bound_.predict(F, selected(J), turned * segment_.covariance() * turned.transpose());
@@ -76,10 +66,7 @@ void DriveBound::update(const Eigen::Matrix3d& R) {
   segment_ = segment_.next();
   segment_.twist = twist;  // for a laser pose without a step since the one before
   const Eigen::Matrix3d turned = rotation(pose_.yaw);
-  const Eigen::Vector2d lever = turned.topLeftCorner<2, 2>() * Eigen::Vector2d(mount_.x, mount_.y);
-  Eigen::Matrix3d H_pose = Eigen::Matrix3d::Identity();
-  H_pose(0, 2) = -lever.y();
-  H_pose(1, 2) = lever.x();
+  const Eigen::Matrix3d H_pose = leverArm(turned.topLeftCorner<2, 2>() * Eigen::Vector2d(mount_.x, mount_.y));
   Eigen::Matrix<double, 3, kCount> H = Eigen::Matrix<double, 3, kCount>::Zero();
   H.block<3, 3>(0, kLaserX) = turned;
   H.col(kTimeOffset) = -H_pose * turned * twist;

@@ -1,5 +1,7 @@
 #include "bs_car_odometry/calibration/driven_paths.hpp"
 
+#include "bs_car_odometry/calibration/planar.hpp"
+
 #include <cmath>
 
 namespace bs_car_odometry::calibration {
@@ -33,11 +35,10 @@ void DrivenPaths::add(const MeasuredStep& step) {
 
 void DrivenPaths::add(const CalibrationUpdate& update) {
   const ParameterVector& values = update.estimate.values;
-  const Pose2 mount{values[kLaserX], values[kLaserY], values[kLaserYaw]};
   if (!begin_) begin_ = update.estimate.pose;
   if (!laser_.empty() && std::abs(update.distance - laser_distance_) < spacing_) return;
   laser_distance_ = update.distance;
-  laser_.push_back(update.laser.pose * inverse(mount));
+  laser_.push_back(update.laser.pose * inverse(mountOf(values)));
   if (laser_.size() >= kMostPoses) halve();
 }
 

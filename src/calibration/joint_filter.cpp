@@ -1,5 +1,7 @@
 #include "bs_car_odometry/calibration/joint_filter.hpp"
 
+#include "bs_car_odometry/calibration/planar.hpp"
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -14,24 +16,9 @@ namespace {
 /// car's localiser do not average out for ever.
 constexpr double kPoseFloor = 0.05;
 
-Eigen::Matrix3d rotation(double yaw) {
-  const double c = std::cos(yaw);
-  const double s = std::sin(yaw);
-  Eigen::Matrix3d R;
-  R << c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0;
-  return R;
-}
-
-Pose2 mountOf(const ParameterVector& values) { return {values[kLaserX], values[kLaserY], values[kLaserYaw]}; }
-
-/// Derivative of the laser's pose by base_link's pose, and with its sign turned the inverse one.
-Eigen::Matrix3d leverArm(double yaw, const ParameterVector& values, double sign) {
-  const double c = std::cos(yaw);
-  const double s = std::sin(yaw);
-  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
-  J(0, 2) = sign * (-values[kLaserX] * s - values[kLaserY] * c);
-  J(1, 2) = sign * (values[kLaserX] * c - values[kLaserY] * s);
-  return J;
+/// From base_link to the laser, in the frame of the poses [m].
+Eigen::Vector2d armOf(const Pose2& base, const ParameterVector& values) {
+  return rotation(base.yaw).topLeftCorner<2, 2>() * values.segment<2>(kLaserX);
 }
 
 }  // namespace
@@ -75,7 +62,7 @@ JointFilter::MeasurementJacobian JointFilter::measurementJacobian(const State& s
   J.middleCols<3>(kLaserX) = rotation(state.pose.yaw);
   J.col(kTimeOffset) = -laserVelocity(state);
   MeasurementJacobian H(3, state.P.cols());
-  H.leftCols<3>() = leverArm(state.pose.yaw, state.values, 1.0);
+  H.leftCols<3>() = leverArm(armOf(state.pose, state.values));
   H.rightCols(static_cast<Eigen::Index>(active_.size())) = columns(J);
   return H;
 }
@@ -84,7 +71,7 @@ JointFilter::MeasurementJacobian JointFilter::measurementJacobian(const State& s
 /// the mount and the delay is not known of the pose, and remains tied to it.
 void JointFilter::begin(const LaserPose& laser) {
   state_.pose = laser.pose * inverse(mountOf(state_.values));
-  const Eigen::Matrix3d J_laser = leverArm(state_.pose.yaw, state_.values, -1.0);
+  const Eigen::Matrix3d J_laser = leverArm(-armOf(state_.pose, state_.values));
   const auto n = static_cast<Eigen::Index>(active_.size());
   const MeasurementJacobian J = -J_laser * measurementJacobian(state_).rightCols(n);
   StateMatrix& P = state_.P;
@@ -107,28 +94,31 @@ Pose2 JointFilter::motion() const {
 }
 
 JointFilter::State JointFilter::predicted() const {
+  if (segment_.duration == 0.0) return state_;
   const Eigen::Matrix3d R = rotation(state_.pose.yaw);
   const auto n = static_cast<Eigen::Index>(active_.size());
-  StateMatrix A = StateMatrix::Identity(3 + n, 3 + n);
   const Pose2 motion = this->motion();
   const Eigen::Vector3d displacement = R * motion.vector();
-  A(0, 2) = -displacement.y();
-  A(1, 2) = displacement.x();
+  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+  F(0, 2) = -displacement.y();
+  F(1, 2) = displacement.x();
   Eigen::Matrix<double, 3, kCount> J = Eigen::Matrix<double, 3, kCount>::Zero();
   J.leftCols<kMotionCount>() = R * segment_.J;
-  A.topRightCorner(3, n) = columns(J);
-  State state;
+  const MeasurementJacobian G = columns(J);
+  State state = state_;
   state.pose = state_.pose * motion;
-  state.values = state_.values;
-  state.P = A * state_.P * A.transpose();
-  state.P.topLeftCorner<3, 3>() += R * segment_.covariance() * R.transpose();
+  // A P A^T, A = [F G; 0 I], which leaves the parameters' block as it is.
+  const MeasurementJacobian AP = F.lazyProduct(state_.P.topRows<3>()) + G.lazyProduct(state_.P.bottomRows(n));
+  state.P.topLeftCorner<3, 3>() = AP.leftCols<3>() * F.transpose() + AP.rightCols(n) * G.transpose() +
+                                  R * segment_.covariance() * R.transpose();
+  state.P.topRightCorner(3, n) = AP.rightCols(n);
+  state.P.bottomLeftCorner(n, 3) = AP.rightCols(n).transpose();
   for (Eigen::Index k = 0; k < n; ++k)
     state.P(3 + k, 3 + k) +=
         random_walk_[static_cast<Eigen::Index>(active_[static_cast<std::size_t>(k)])] * segment_.distance;
-  state.track_noise = state_.track_noise;
-  state.track_noise.transform(A.topLeftCorner<3, 3>());
+  state.track_noise.transform(F);
   TrackNoise of_segment = segment_.track_noise;
-  of_segment.transform(R);
+  of_segment.transform(R * segment_.J_beginning());
   state.track_noise += of_segment;
   takeEvidence(state);
   return state;
@@ -154,14 +144,15 @@ void JointFilter::takeEvidence(State& state) const {
     }
   }
   const Eigen::LDLT<StateMatrix> root(information);
-  StateMatrix B = StateMatrix::Zero(3 + n, n);
-  B.bottomRows(n) = root.transpositionsP().transpose() * StateMatrix(root.matrixL()) *
-                    root.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-  const StateMatrix PB = state.P * B;
-  const StateMatrix S = StateMatrix::Identity(n, n) + B.transpose() * PB;
+  const StateMatrix B = root.transpositionsP().transpose() * StateMatrix(root.matrixL()) *
+                        root.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const StateMatrix PB = state.P.rightCols(n) * B;
+  const StateMatrix S = StateMatrix::Identity(n, n) + B.transpose() * PB.bottomRows(n);
   const StateMatrix K = S.llt().solve(PB.transpose()).transpose();
-  const StateMatrix I_KB = StateMatrix::Identity(3 + n, 3 + n) - K * B.transpose();
-  state.P = I_KB * state.P * I_KB.transpose() + K * K.transpose();
+  // (I - K B^T) P (I - K B^T)^T + K K^T, whose products with I are left out.
+  const StateMatrix reduced = state.P - K * PB.transpose();
+  const StateMatrix rest = K - reduced.rightCols(n) * B;
+  state.P = reduced + rest * K.transpose();
   shift(state.P * gradient, state);
 }
 
@@ -186,7 +177,7 @@ Innovation JointFilter::update(const LaserPose& laser, double lead) {
   Innovation innovation;
   innovation.residual = laser.pose.vector() - expected.vector();
   innovation.residual.z() = wrapAngle(innovation.residual.z());
-  innovation.covariance = H * state.P * H.transpose() + laser.covariance;
+  innovation.covariance = H.lazyProduct(state.P) * H.transpose() + laser.covariance;
   innovation.nis = innovation.residual.dot(innovation.covariance.llt().solve(innovation.residual));
   if (!std::isfinite(innovation.nis)) innovation.nis = std::numeric_limits<double>::max();
   innovation.weight = std::min(1.0, kSoftLimit / innovation.nis);
@@ -241,15 +232,17 @@ void JointFilter::removeTrackNoise(const Eigen::Matrix3d& M, State& state) const
 bool JointFilter::correct(const State& state, const MeasurementJacobian& H,
                           const Eigen::Matrix3d& laser_covariance, const Innovation& innovation) {
   const Eigen::Matrix3d R = laser_covariance / innovation.weight;
-  const MeasurementJacobian HP = H * state.P;
+  const MeasurementJacobian HP = H.lazyProduct(state.P);
   const Eigen::Matrix3d S = HP * H.transpose() + R;
   const Eigen::LLT<Eigen::Matrix3d> factors(S);
   if (!S.allFinite() || factors.info() != Eigen::Success) return false;
-  const Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMostStates, 3> K =
-      factors.solve(HP).transpose();
+  const Gain K = factors.solve(HP).transpose();
   const StateVector change = K * innovation.residual;
-  const StateMatrix I_KH = StateMatrix::Identity(state.P.rows(), state.P.cols()) - K * H;
-  StateMatrix P = I_KH * state.P * I_KH.transpose() + K * R * K.transpose();
+  // Joseph form, (I - K H) P (I - K H)^T + K R K^T, whose products with I are left out. Three columns are too
+  // few for the blocked products that Eigen would take (lazyProduct).
+  const StateMatrix reduced = state.P - K.lazyProduct(HP);
+  const Gain rest = K.lazyProduct(R) - reduced.lazyProduct(H.transpose());
+  StateMatrix P = reduced + rest.lazyProduct(K.transpose());
   if (!change.allFinite() || !P.allFinite()) return false;
   P = 0.5 * (P + P.transpose().eval());
   for (Eigen::Index i = 0; i < 3; ++i)
@@ -258,8 +251,8 @@ bool JointFilter::correct(const State& state, const MeasurementJacobian& H,
   state_ = {state.pose, state.values, P, state.track_noise};
   shift(change - bias, state_);
   const Eigen::Matrix3d H_pose = H.leftCols<3>();
-  removeTrackNoise(H_pose.transpose() * S.llt().solve(H_pose), state_);
-  state_.track_noise.transform(I_KH.topLeftCorner<3, 3>());
+  removeTrackNoise(H_pose.transpose() * factors.solve(H_pose), state_);
+  state_.track_noise.transform(Eigen::Matrix3d::Identity() - K.topRows<3>() * H_pose);
   if (!elsewhere_) model_.setValues(state_.values);
   segment_ = segment_.next();
   return true;

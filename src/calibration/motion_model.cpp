@@ -28,6 +28,13 @@ void carry(const PoseStep& moved, Derivatives& J) {
   J.row(1) += moved.dx * J.row(2);
 }
 
+/// F^-1 G, with F of the whole way from the beginning to `reached`.
+Eigen::Matrix3d seenFromBeginning(Eigen::Matrix3d G, const Pose2& reached) {
+  G(0, 2) += reached.y;
+  G(1, 2) -= reached.x;
+  return G;
+}
+
 double readingOf(double angle, const SteeringCalibration& steering) {
   return (angle - steering.offset) / steering.scale;
 }
@@ -58,13 +65,14 @@ void MotionModel::setValues(const ParameterVector& values) {
   values_ = values;
   calibration::setValues(values, configuration_.vehicle);
   model_ = makeOdometryModel(configuration_);
+  for (const Wheel wheel : kAllWheels)
+    gain_ratio_[wheel] = configuration_.vehicle.wheelGain(wheel) / configured_.wheelGain(wheel);
 }
 
 StepReadings MotionModel::adapted(const StepReadings& readings) const {
   const Vehicle& present = configuration_.vehicle;
   StepReadings result = readings;
-  for (const Wheel wheel : kAllWheels)
-    result.travel[wheel] = readings.travel[wheel] * (present.wheelGain(wheel) / configured_.wheelGain(wheel));
+  for (const Wheel wheel : kAllWheels) result.travel[wheel] = readings.travel[wheel] * gain_ratio_[wheel];
   result.begin = calibration::adapted(readings.begin, configured_, present);
   result.end = calibration::adapted(readings.end, configured_, present);
   return result;
@@ -116,8 +124,9 @@ void MotionModel::addEvidence(const StepReadings& readings, Evidence& evidence) 
 }
 
 double MotionModel::move(const MeasuredStep& step, Pose2& pose) const {
-  const BodyMotion motion = increment(adapted(step.readings)).motion;
-  pose = pose * exp(motion);
+  const StepReadings readings = adapted(step.readings);
+  const BodyMotion motion = std::visit([&](const auto& model) { return model.motion(readings); }, model_);
+  pose = advance(pose, motion).pose;
   return motion.head<2>().norm();
 }
 
@@ -129,10 +138,8 @@ void MotionModel::extend(const MeasuredStep& step, MotionSegment& segment) const
   const MotionSensitivity J = sensitivity(increment.J_motion_systematic, readings);
   compare(step, segment);
   advanceNoise(moved, increment.path_covariance, segment.noise);
-  carry(moved, segment.J);
-  segment.J += G * J;
-  segment.track_noise.carry(moved);
-  segment.track_noise.add(increment, G);
+  advanceSensitivity(moved, J, segment.J);
+  segment.track_noise.add(increment, seenFromBeginning(G, moved.pose));
   if (step.steering_doubt.front > 0.0 || step.steering_doubt.rear > 0.0 || !segment.doubt.isZero(0.0)) {
     carry(moved, segment.doubt);
     segment.doubt.col(0) += G * J.col(systematic::kFrontOffset) * step.steering_doubt.front;

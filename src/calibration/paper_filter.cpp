@@ -1,5 +1,7 @@
 #include "bs_car_odometry/calibration/paper_filter.hpp"
 
+#include "bs_car_odometry/calibration/planar.hpp"
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -11,22 +13,6 @@ namespace {
 
 /// Of a distance taken with a tape [m]: two marks on the ground, each found to 7 mm.
 constexpr double kTapeDeviation = 0.01;
-
-Eigen::Matrix3d rotation(double yaw) {
-  const double c = std::cos(yaw);
-  const double s = std::sin(yaw);
-  Eigen::Matrix3d R;
-  R << c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0;
-  return R;
-}
-
-/// Derivative of the pose of a point of the body by the pose of another one.
-Eigen::Matrix3d leverArm(const Pose2& from, const Pose2& to) {
-  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
-  J(0, 2) = -(to.y - from.y);
-  J(1, 2) = to.x - from.x;
-  return J;
-}
 
 Axle axleOf(const Parameters& parameters) {
   return parameters.odometry.axles == AxleSelection::kFront ? Axle::kFront : Axle::kRear;
@@ -47,7 +33,7 @@ PaperFilter::PaperFilter(const Parameters& parameters)
       prior_variance_(priorDeviations(parameters).segment<3>(first_).cwiseAbs2()),
       wheel_variance_(parameters.noise.wheel.variance()),
       straight_limit_(parameters.calibration.straight_limit),
-      mount_{parameters.laser.x, parameters.laser.y, parameters.laser.yaw},
+      mount_(mountOf(parameters.laser)),
       distance_(prior_.head<2>().mean(), priorVarianceOfDistanceGain(prior_variance_, 0.5)),
       model_(parameters) {
   state_.P.setZero();
@@ -64,7 +50,7 @@ void PaperFilter::begin(const LaserPose& laser) {
 /// What a laser pose says of base_link, and nothing else.
 void PaperFilter::setPose(const LaserPose& laser) {
   state_.pose = laser.pose * inverse(mount_);
-  const Eigen::Matrix3d J = leverArm(laser.pose, state_.pose);
+  const Eigen::Matrix3d J = leverArm(state_.pose.position() - laser.pose.position());
   state_.P.topRows<3>().setZero();
   state_.P.leftCols<3>().setZero();
   state_.P.topLeftCorner<3, 3>() = J * laser.covariance * J.transpose();
@@ -145,7 +131,7 @@ void PaperFilter::addToRun(const MeasuredStep& step) {
 /// an error of its own, and only that one.
 void PaperFilter::beginDistance(const LaserPose& laser) {
   const Pose2 middle = laser.pose * inverse(mount_) * Pose2{vehicle_.axleX(axle_), 0.0, 0.0};
-  const Eigen::Matrix3d J = leverArm(laser.pose, middle);
+  const Eigen::Matrix3d J = leverArm(middle.position() - laser.pose.position());
   const Eigen::Vector3d along(std::cos(middle.yaw), std::sin(middle.yaw), 0.0);
   reference_ = middle.position();
   reference_distance_ = 0.0;
@@ -159,7 +145,7 @@ void PaperFilter::beginDistance(const LaserPose& laser) {
 void PaperFilter::measureDistance(const LaserPose& laser, double yaw, double weight) {
   if (weight <= 0.0) return;
   const Pose2 middle = laser.pose * inverse(mount_) * Pose2{vehicle_.axleX(axle_), 0.0, 0.0};
-  const Eigen::Matrix3d J = leverArm(laser.pose, middle);
+  const Eigen::Matrix3d J = leverArm(middle.position() - laser.pose.position());
   const Eigen::Vector3d along(std::cos(yaw + angle_), std::sin(yaw + angle_), 0.0);
   const double distance = reference_distance_ + along.head<2>().dot(middle.position() - reference_);
   const double variance = along.dot(J * laser.covariance * J.transpose() * along);
@@ -184,7 +170,7 @@ PaperFilter::State PaperFilter::predicted() const {
   state.pose = state_.pose * segment_.motion;
   state.gains = state_.gains;
   StateMatrix F = StateMatrix::Identity();
-  F.topLeftCorner<3, 3>() = leverArm(state_.pose, state.pose);
+  F.topLeftCorner<3, 3>() = leverArm(state.pose.position() - state_.pose.position());
   F.topRightCorner<3, 3>() = R * gainColumns(segment_.J);
   state.P = F * state_.P * F.transpose();
   state.P.topLeftCorner<3, 3>() += R * segment_.covariance() * R.transpose();
@@ -193,7 +179,7 @@ PaperFilter::State PaperFilter::predicted() const {
 
 PaperFilter::MeasurementJacobian PaperFilter::measurementJacobian(const Pose2& base) const {
   MeasurementJacobian H = MeasurementJacobian::Zero();
-  H.leftCols<3>() = leverArm(base, base * mount_);
+  H.leftCols<3>() = leverArm((base * mount_).position() - base.position());
   return H;
 }
 

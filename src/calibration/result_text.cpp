@@ -136,6 +136,7 @@ std::string dataLine(const DataUsed& data, const Parameters& parameters) {
          ", laser_poses: " + std::to_string(data.laser_poses) +
          ", rejected: " + std::to_string(data.rejected) +
          ", method: " + parameterWord(parameters, "calibration/method") +
+         (data.objective.empty() ? "" : ", objective: " + data.objective) +
          ", axles: " + parameterWord(parameters, "odometry/axles") + "}\n";
 }
 

@@ -15,16 +15,6 @@ void TrackNoise::add(const BodyIncrement& increment, const Eigen::Matrix3d& G) {
   own.rear += variance * rear * rear.transpose();
 }
 
-void TrackNoise::carry(const PoseStep& moved) {
-  for (Eigen::Matrix3d* part : {&with_motion.front, &with_motion.rear, &own.front, &own.rear}) {
-    Eigen::Matrix3d& M = *part;
-    M.row(0) -= moved.dy * M.row(2);
-    M.row(1) += moved.dx * M.row(2);
-    M.col(0) -= moved.dy * M.col(2);
-    M.col(1) += moved.dx * M.col(2);
-  }
-}
-
 void TrackNoise::transform(const Eigen::Matrix3d& A) {
   for (Eigen::Matrix3d* part : {&with_motion.front, &with_motion.rear, &own.front, &own.rear})
     *part = A * *part * A.transpose();

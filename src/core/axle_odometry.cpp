@@ -161,6 +161,12 @@ void AxleOdometry::update(const StepReadings& readings, BodyIncrement& increment
   setSensitivity(readings, J, increment);
 }
 
+BodyMotion AxleOdometry::motion(const StepReadings& readings) const {
+  BodyMotion motion;
+  setMotion(readings, motion);
+  return motion;
+}
+
 StepNoise AxleOdometry::noiseSources(const StepReadings& readings) const {
   BodyMotion motion;
   const Eigen::Matrix<double, 3, 4> J = setMotion(readings, motion);

@@ -16,6 +16,8 @@ constexpr double kSteeringRate = 0.5;       // [rad/s], how fast an angle that n
 constexpr int kSoundStretches = 5;          // in succession, until one is taken back or known to be swapped
 constexpr double kSoundFall = 9.0;          // of chi-square: 3 standard deviations
 constexpr double kSeparable = 5.0;          // standard deviations between sound and the fault that was found
+constexpr double kSwapAlarm = 50.0;         // chi-square that no single sensor explains
+constexpr double kExplained = 0.5;          // of chi-square, by taking one back for another
 constexpr double kSwapExplained = 0.5;      // of what the likeliest single sensor leaves of chi-square
 constexpr double kSwappedChiSquare = 16.3;  // 3 degrees of freedom, 0.1 %
 constexpr double kMostDeviation = 1.0;
@@ -139,7 +141,7 @@ bool FaultMonitor::leaveOut(const Suspects& suspects, const SensorTests& tests) 
   if (all.count() > 1) undecided_ |= all;
   for (std::size_t i = 0; i < kSensors; ++i) {
     if (!all[i]) continue;
-    inspections_[i] = {noEvidence(), std::min(std::abs(tests.sensors[i].deviation), kMostDeviation), 0};
+    inspections_[i] = {noEvidence(), std::min(std::abs(tests.sensors[i].deviation), kMostDeviation), 0, 0.0};
     report_.sensors[i] = SensorState();
     report_.sensors[i].fault = SensorFault::kUndecided;
   }
@@ -226,8 +228,10 @@ void FaultMonitor::follow(const BodyIncrement& increment, double interval) {
 /// The suspects, or a pair of wheels that have each other's counters when that explains more.
 Suspects FaultMonitor::blame(const SensorTests& tests, const StepReadings& readings) const {
   Suspects found = suspects(tests);
-  if (found.count == 0) return found;
-  double least = kSwapExplained * (tests.chi_square - tests.sensors[found.sensors[0]].fall);
+  if (found.count == 0 && tests.chi_square < kSwapAlarm) return found;
+  double least = found.count > 0 ? tests.chi_square - tests.sensors[found.sensors[0]].fall
+                                 : kSwapExplained * tests.chi_square;
+  least *= kSwapExplained;
   for (std::size_t a = 0; a < kWheels; ++a)
     for (std::size_t b = a + 1; b < kWheels; ++b) {
       const SensorSet pair = SensorSet().set(a).set(b);
@@ -249,15 +253,36 @@ BodyMotion FaultMonitor::judge(const StepReadings& stretch) {
   window_.add(fit_.evidence(readings));
   SensorTests tests = testSensors(window_.newest(), prior_);
   Suspects found = blame(tests, readings);
-  double stretches = 1.0;
-  if (found.count == 0) {
+  const bool found_at_once = found.count > 0;
+  if (!found_at_once) {
     tests = testSensors(window_.sum(), prior_);
     found = suspects(tests);
-    stretches = static_cast<double>(window_.count);
   }
+  if (found.count == 0) return BodyMotion::Zero();
+  // A wheel's fault is found in the stretch that it begins in; an angle's may have grown over the window.
+  const bool at_once = found_at_once && isWheel(found.sensors[0]);
+  const double stretches = at_once ? 1.0 : static_cast<double>(window_.count);
+  reconsider(found.sensors[0], tests.chi_square, stretch);
   if (!leaveOut(found, tests)) return BodyMotion::Zero();
   for (std::size_t i = 0; i < found.count; ++i) describe(found.sensors[i], stretch, SensorTest());
   return stretches * (fit_.increment(trusted(stretch)).motion - fit_.increment(readings).motion);
+}
+
+/// Where a suspect is needed, another may have been left out in its place: one that makes sense with the rest
+/// once the suspect is gone.
+void FaultMonitor::reconsider(std::size_t suspect, double chi_square, const StepReadings& stretch) {
+  if (determines(out_ | SensorSet().set(suspect))) return;
+  double least = kExplained * chi_square;
+  std::optional<std::size_t> innocent;
+  for (std::size_t i = 0; i < kSensors; ++i) {
+    SensorSet out = out_ | SensorSet().set(suspect);
+    if (!out_[i] || swapped_[i] || !determines(out.reset(i))) continue;
+    const double with_it = testSensors(fit_.evidence(without(out, stretch)), prior_).chi_square;
+    if (with_it > least) continue;
+    least = with_it;
+    innocent = i;
+  }
+  if (innocent) takeBack(*innocent);
 }
 
 /// Covariance of a stretch of which nothing confirms that the right sensors are left out: the car may have
@@ -289,9 +314,13 @@ void FaultMonitor::inspect(std::size_t sensor, const StepReadings& measured) {
   describe(sensor, measured, test);
   if (test.sigma * kSeparable > std::max(inspection.found, 2.0 * leastFault(sensor))) return;
   const bool sound = test.fall < kSoundFall || std::abs(test.deviation) < 0.5 * leastFault(sensor);
+  const double angle = isWheel(sensor) ? 0.0 : measured.mean()[static_cast<Axle>(sensor - kWheels)];
+  if (!sound || inspection.sound == 0) inspection.first_angle = angle;
   inspection.sound = sound ? inspection.sound + 1 : 0;
   inspection.evidence = noEvidence();
-  if (inspection.sound >= kSoundStretches && !swapped_[sensor]) takeBack(sensor);
+  // A frozen angle is right in passing.
+  const bool moved = isWheel(sensor) || std::abs(angle - inspection.first_angle) > 2.0 * leastFault(sensor);
+  if (inspection.sound >= kSoundStretches && moved && !swapped_[sensor]) takeBack(sensor);
 }
 
 void FaultMonitor::takeBack(std::size_t sensor) {

@@ -281,7 +281,7 @@ void OdometryPipeline::move(const WheelCounts& counts) {
   const PerAxle<double> doubt = steeringDoubt(report_.interval);
   // Inside a gap no single angle is to be found by the wheels.
   if (interval) measured.steering_doubt = doubt;
-  const StepReadings readings = read(measured);
+  const StepReadings readings = read(measured, interval.has_value());
   if (!estimator_.move(readings, interval)) {
     // What was not finite must not leave by the report either.
     ++counts_.refused_states;
@@ -300,11 +300,13 @@ void OdometryPipeline::move(const WheelCounts& counts) {
   reportStep(measured, readings.left_out);
 }
 
-/// As it was measured, or without what contradicts the rest.
-StepReadings OdometryPipeline::read(const StepReadings& measured) {
+/// As it was measured, or without what contradicts the rest. Over a gap everything does: the steering inside
+/// it is not known.
+StepReadings OdometryPipeline::read(const StepReadings& measured, bool seen) {
   StepReadings readings = monitor_.distrusts(measured) ? monitor_.trusted(measured) : measured;
   for (std::size_t round = 0; round < kSensors; ++round) {
-    if (!monitor_.contradicts(readings, estimator_.read(readings))) break;
+    const FitResiduals& residuals = estimator_.read(readings);
+    if (!seen || !monitor_.contradicts(readings, residuals)) break;
     readings = monitor_.trusted(measured);
   }
   return readings;

@@ -6,9 +6,9 @@ namespace bs_car_odometry {
 
 namespace {
 
-double sum(const StepReadings& readings) {
+double sum(const PerWheel<double>& travels) {
   double sum = 0.0;
-  for (const double travel : readings.travel.values) sum += travel;
+  for (const double travel : travels.values) sum += travel;
   return sum;
 }
 
@@ -32,7 +32,7 @@ void PendingReadings::add(const StepReadings& readings) {
 }
 
 bool PendingReadings::isReversedBy(const StepReadings& readings) const {
-  return length_ > 0.0 && sum(this->readings()) * sum(readings) < 0.0;
+  return length_ > 0.0 && sum(travel_) * sum(readings.travel) < 0.0;
 }
 
 StepReadings PendingReadings::readings() const {

@@ -4,12 +4,22 @@
 
 namespace bs_car_odometry {
 
+namespace {
+
+/// Readings among which nearly every search ends: those of the last steps.
+constexpr std::ptrdiff_t kNewest = 8;
+
+}  // namespace
+
 SteeringBuffer::SteeringBuffer(std::size_t capacity) : capacity_(std::max<std::size_t>(capacity, 2)) {
   readings_.reserve(2 * capacity_);
 }
 
 SteeringBuffer::Iterator SteeringBuffer::firstAfter(Time stamp) const {
-  return std::upper_bound(readings_.begin(), readings_.end(), stamp,
+  const auto size = static_cast<std::ptrdiff_t>(readings_.size());
+  Iterator begin = readings_.end() - std::min(size, kNewest);
+  if (begin != readings_.end() && stamp < begin->stamp) begin = readings_.begin();
+  return std::upper_bound(begin, readings_.end(), stamp,
                           [](Time time, const Reading& reading) { return time < reading.stamp; });
 }
 

@@ -1,5 +1,6 @@
 #include "bs_car_odometry/laboratory/calibration_drive.hpp"
 
+#include "bs_car_odometry/calibration/planar.hpp"
 #include "bs_car_odometry/parameters/configuration.hpp"
 #include "bs_car_odometry/simulation/random.hpp"
 #include "bs_car_odometry/simulation/true_parameters.hpp"
@@ -56,9 +57,8 @@ std::vector<calibration::LaserPose> laserPoses(const KnownDrive& drive, const La
   std::vector<calibration::LaserPose> poses;
   for (std::size_t i = 0; i < drive.samples.size(); i += kLaserEvery) {
     const Sample& sample = drive.samples[i];
-    const LaserMount& mount = drive.truth.laser;
     const Pose2 base{sample.truth.x, sample.truth.y, sample.truth.yaw};
-    Pose2 pose = base * Pose2{mount.x, mount.y, mount.yaw};
+    Pose2 pose = base * calibration::mountOf(drive.truth.laser);
     for (const auto& [value, deviation] :
          {std::pair(&pose.x, sigma.position), {&pose.y, sigma.position}, {&pose.yaw, sigma.yaw}})
       if (errors.noise) *value += deviation * random.normal();

@@ -1,5 +1,7 @@
 #include "bs_car_odometry/ros/calibration_adapter.hpp"
 
+#include <array>
+#include <cmath>
 #include <cstdio>
 #include <utility>
 #include <variant>
@@ -162,6 +164,16 @@ const char* explain(LaserVerdict verdict) {
       return "tf has not said where 'laser/frame' is";
   }
   return "";
+}
+
+std::string explain(const calibration::LocaliserJump& jump) {
+  std::array<char, 256> sentence{};
+  std::snprintf(
+      sentence.data(), sentence.size(),
+      "the localiser jumped by %.2f m and %.0f deg at stamp %.3f: the pose is taken anew, the gains "
+      "are kept; unless somebody set its pose, check its map and what it sees there",
+      jump.distance, jump.turn * 180.0 / M_PI, toRos(jump.stamp).toSec());
+  return sentence.data();
 }
 
 }  // namespace bs_car_odometry

@@ -82,9 +82,23 @@ CalibrationDiagnostics::CalibrationDiagnostics(const ros::NodeHandle& node,
                                 [this](const ros::WallTimerEvent&) { report(); });
 }
 
+void CalibrationDiagnostics::note(const calibration::CalibrationUpdate& update) {
+  innovations_.add(update.innovation);
+  if (!update.jump) return;
+  jump_ = explain(*update.jump);
+  jump_reported_ = false;
+}
+
+void CalibrationDiagnostics::noteStart() {
+  innovations_.clear();
+  jump_.clear();
+  jump_reported_ = true;
+}
+
 void CalibrationDiagnostics::report() {
   updater_.force_update();
   reported_ = adapter_.laserCounts();
+  jump_reported_ = true;
 }
 
 void CalibrationDiagnostics::calibration(Status& status) {
@@ -144,11 +158,13 @@ void CalibrationDiagnostics::laser(Status& status) {
   const LaserInputCounts& counts = adapter_.laserCounts();
   if (counts.without_covariance > reported_.without_covariance)
     status.mergeSummary(Level::WARN, "the laser poses carry no covariance: 'laser_sigma' is used instead");
+  if (!jump_reported_) status.mergeSummary(Level::WARN, jump_);
   addDrops(status);
   status.add("laser poses", counts.messages);
   status.add("used", adapter_.calibrator().counts().used);
   status.add("rejected", adapter_.calibrator().counts().rejected);
   status.add("jumps of the localiser", adapter_.calibrator().counts().relocalisations);
+  status.add("latest jump", jump_.empty() ? "none" : jump_);
 }
 
 void CalibrationDiagnostics::addDrops(Status& status) const {

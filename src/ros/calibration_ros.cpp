@@ -176,7 +176,8 @@ void CalibrationRos::note(const CalibrationUpdate& update) {
   if (reckoning_.correct(update)) paths_.start();
   paths_.add(update);
   paths_changed_ = true;
-  diagnostics_.note(update.innovation);
+  diagnostics_.note(update);
+  if (update.jump && jump_log_.isDue()) ROS_WARN_STREAM(explain(*update.jump));
   publishState(toRos(update.stamp));
 }
 

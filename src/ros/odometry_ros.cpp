@@ -3,6 +3,7 @@
 #include "bs_car_odometry/calibration/result_file.hpp"
 #include "bs_car_odometry/parameters/load.hpp"
 #include "bs_car_odometry/ros/conversions.hpp"
+#include "bs_car_odometry/ros/fault_sentences.hpp"
 #include "bs_car_odometry/ros/parameter_server.hpp"
 #include "bs_car_odometry/ros/relative_motion.hpp"
 #include "bs_car_odometry/ros/transform_reader.hpp"
@@ -57,6 +58,10 @@ OdometryRos::OdometryRos(const ros::NodeHandle& node, const ros::NodeHandle& pri
   const InitialPose& initial = parameters_.initial_pose;
   ROS_INFO("a new run begins at the initial pose (%.3f m, %.3f m, %.3f rad)", initial.x, initial.y,
            initial.yaw);
+  if (parameters_.odometry.axles != AxleSelection::kBoth)
+    ROS_INFO(
+        "one axle alone leaves nothing over: a faulty wheel or angle cannot be detected; "
+        "'odometry/axles: both' can");
   reportCalibrationFile();
   advertise();
   subscribe();
@@ -233,7 +238,14 @@ void OdometryRos::publish(const OdometryUpdate& update) {
   if (particles_publisher_) publishParticles(update);
   if (update.report.state != OdometryState::kNominal && state_log_.isDue())
     ROS_WARN("%s", explain(update.report.state));
+  warnOfFaults(update.report.sensors);
   diagnostics_.noteUpdate(update);
+}
+
+void OdometryRos::warnOfFaults(const SensorReport& sensors) {
+  if (sensors.exclusions > known_exclusions_ && fault_log_.isDue()) ROS_WARN_STREAM(explain(sensors));
+  if (!sensors.determined && undetermined_log_.isDue()) ROS_ERROR_STREAM(explainUndetermined(sensors));
+  known_exclusions_ = sensors.exclusions;
 }
 
 void OdometryRos::publishParticles(const OdometryUpdate& update) {

@@ -29,8 +29,8 @@ int run(int argc, char** argv) {
   const po::variables_map arguments = tools::parseCommandLine(argc, argv, kUsage, options, positional);
   const tools::TopicNames topics(
       argc, argv, {"wheel_ticks", "front_steering", "rear_steering", "joint_states", "laser_pose"});
-  const Parameters parameters = tools::loadVehicle(arguments["config"].as<std::vector<std::string>>(),
-                                                   arguments["set"].as<std::vector<std::string>>());
+  const Parameters parameters = tools::loadNominalVehicle(arguments["config"].as<std::vector<std::string>>(),
+                                                          arguments["set"].as<std::vector<std::string>>());
   return tools::doctor::diagnose(arguments["input"].as<std::string>(), parameters, topics, std::cout);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "tool.hpp"
+#include "bs_car_odometry/calibration/atomic_file.hpp"
 
 #include <rosbag/bag.h>
 
@@ -41,7 +41,7 @@ class BagWriter {
   }
 
  private:
-  AtomicOutput output_;
+  calibration::AtomicFile output_;
   std::unique_ptr<rosbag::Bag> bag_;
 };
 

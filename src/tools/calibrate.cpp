@@ -45,7 +45,7 @@ Findings find(const CalibrateOptions& options) {
   FilteredBags filtered = filterBags(options, listener);
   if (updates) updates->commit();
   std::cout << dataTable(filtered) << std::flush;
-  return findingsOf(std::move(filtered), options.refine);
+  return findingsOf(std::move(filtered), options);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include "tool.hpp"
 
+#include "bs_car_odometry/calibration/refinement.hpp"
+
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,10 +15,11 @@ struct CalibrateOptions {
   std::vector<std::string> bags;
   Parameters parameters;
   TopicNames topics;
-  std::string output;              ///< calibration file
-  std::string report;              ///< folder; empty: no report
-  bool pdf{false};                 ///< the report as one file too
-  bool refine{true};               ///< fit everything at once after the filter
+  std::string output;  ///< calibration file
+  std::string report;  ///< folder; empty: no report
+  bool pdf{false};     ///< the report as one file too
+  bool refine{true};   ///< fit everything at once after the filter,
+  calibration::Objective objective{calibration::Objective::kLikelihood};  ///< by this
   std::optional<double> distance;  ///< [m] length of the first bag by tape
 };
 

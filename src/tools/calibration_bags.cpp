@@ -8,6 +8,7 @@
 #include <rosbag/view.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -18,6 +19,9 @@ namespace bs_car_odometry::tools {
 using namespace calibration;
 
 namespace {
+
+/// Of each bag, so many are named.
+constexpr std::size_t kMostJumps = 10;
 
 /// Drives the adapter through the bags, one after the other.
 class BagFilter {
@@ -36,7 +40,7 @@ class BagFilter {
   FilteredBags run() {
     open();
     findMount();
-    Progress progress("calibrate_bag", static_cast<double>(messages()));
+    Progress progress("calibrate_bag", static_cast<double>(bags_.size()));
     for (std::size_t i = 0; i < bags_.size(); ++i) {
       if (i > 0) adapter_.newDrive();
       prepareStage(i);
@@ -44,6 +48,7 @@ class BagFilter {
     }
     progress.hide();
     warnOfDrops();
+    warnOfJumps();
     return result();
   }
 
@@ -60,13 +65,6 @@ class BagFilter {
   /// A run that was measured by tape.
   bool isTaped(std::size_t bag) const { return bag == 0 && options_.distance.has_value(); }
   const InputTopics& topicsOf(std::size_t bag) const { return isTaped(bag) ? inputs_ : topics_; }
-
-  std::size_t messages() const {
-    std::size_t messages = 0;
-    for (std::size_t i = 0; i < bags_.size(); ++i)
-      messages += rosbag::View(*bags_[i], rosbag::TopicQuery(topicsOf(i).spellings())).size();
-    return messages;
-  }
 
   /// Of the paper's method.
   void prepareStage(std::size_t bag) {
@@ -113,11 +111,15 @@ class BagFilter {
     const double distance = adapter_.calibrator().excitation().distance;
     odometry_seen_ = false;
     rosbag::View view(*bags_[bag], rosbag::TopicQuery(topicsOf(bag).spellings()));
+    // By time: a view counts its messages one by one.
+    const double begin = view.getBeginTime().toSec();
+    const double duration = view.getEndTime().toSec() - begin;
     readMessages(options_.bags[bag], [&] {
       for (const rosbag::MessageInstance& message : view) {
         advance(message.getTime());
         give(message);
-        progress.update(static_cast<double>(++done_));
+        const double done = message.getTime().toSec() - begin;
+        progress.update(static_cast<double>(bag) + (duration > 0.0 ? done / duration : 0.0));
       }
     });
     advance(ros::TIME_MAX);
@@ -149,6 +151,7 @@ class BagFilter {
     const bool good = update.innovation.nis <= kRejectLimit;
     bag_->good.push_back(good);
     bag_->distances.push_back(update.distance);
+    if (update.jump) bag_->jumps.push_back(*update.jump);
     if (good) {
       sum_of_nis_ += update.innovation.nis;
       ++good_;
@@ -180,6 +183,15 @@ class BagFilter {
            " laser poses carry no covariance: they are taken with laser_sigma");
   }
 
+  void warnOfJumps() const {
+    for (const CalibratedBag& bag : result_.bags) {
+      const std::size_t named = std::min(bag.jumps.size(), kMostJumps);
+      for (std::size_t i = 0; i < named; ++i) warn(bag.name() + ": " + explain(bag.jumps[i]));
+      if (bag.jumps.size() > named)
+        warn(bag.name() + ": and " + std::to_string(bag.jumps.size() - named) + " more jumps");
+    }
+  }
+
   FilteredBags result() {
     const Calibrator& calibrator = adapter_.calibrator();
     result_.parameters = adapter_.parameters();
@@ -205,7 +217,6 @@ class BagFilter {
   CalibratedBag* bag_{nullptr};  ///< the one that is read
   FilteredBags result_;
   bool odometry_seen_{false};  ///< in this bag
-  std::size_t done_{0};        ///< messages
   double sum_of_nis_{0.0};
   std::uint64_t good_{0};
 };

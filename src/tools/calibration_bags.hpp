@@ -20,6 +20,7 @@ struct CalibratedBag {
   std::vector<bool> good;         ///< for each laser pose of the drive: not rejected
   std::vector<double> distances;  ///< [m] driven until then, bags before this one included
   double distance{0.0};           ///< [m] since its first laser pose
+  std::vector<calibration::LocaliserJump> jumps;
 };
 
 /// What the filter has made of all bags together.

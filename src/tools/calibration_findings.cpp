@@ -31,8 +31,34 @@ std::string differences(const std::vector<Disagreement>& disagreements) {
   return listed(names);
 }
 
+void warnOfDifferences(const FilterEstimate& filter, const Refinement& likelihood) {
+  const std::vector<Disagreement> found = disagreements(filter, likelihood);
+  if (!found.empty())
+    warn("filter and fit differ by more than their standard deviations in " + differences(found) +
+         ": is the noise right, and were the gains far off at first?");
+}
+
+/// The same drives by the other objective, beginning with what the likelihood has found.
+Refinement leastDrift(const Drives& drives, const Parameters& parameters, const Refinement& likelihood,
+                      RefinementOptions& options) {
+  options.objective = Objective::kPath;
+  options.seed = likelihood.values;
+  Refinement path = refine(drives, parameters, options);
+  const std::vector<Disagreement> found = disagreements(likelihood, path);
+  if (path.converged && !found.empty())
+    warn("likelihood and path differ by more than their standard deviations in " + differences(found) +
+         ": part of the drift is not noise");
+  return path;
+}
+
+NoResultError notConverged() {
+  return {kNotConvergedStatus,
+          "the fit of all readings at once did not converge; look at --report with --no-refine, "
+          "and at the bags with bag_doctor; nothing was written"};
+}
+
 /// Noise first, since the fit's weights and covariance stand on it.
-void refineFindings(Findings& findings) {
+void refineFindings(Findings& findings, Objective objective) {
   const Parameters& parameters = findings.filtered.parameters;
   Drives drives;
   for (const CalibratedBag& bag : findings.filtered.bags)
@@ -44,27 +70,21 @@ void refineFindings(Findings& findings) {
   const Parameters used = noise.converged ? withNoise(noise, parameters) : parameters;
   if (!noise.converged) warn("the noise levels were not found: those configured hold");
   findings.noise = noise;
-  findings.refined = refine(drives, used, options);
-  const Refinement& refined = *findings.refined;
+  Refinement refined = refine(drives, used, options);
   if (!refined.converged && !namesOf(findings.notObserved(), true).empty()) {
     // A gain that no drive shows may be anything: no reason to doubt what the filter has found of the others.
     warn("the fit of all readings at once did not converge: the filter's values hold");
-    findings.refined.reset();
     return;
   }
-  if (!refined.converged)
-    throw NoResultError(
-        kNotConvergedStatus,
-        "the fit of all readings at once did not converge; look at --report with --no-refine, "
-        "and at the bags with bag_doctor; nothing was written");
+  if (!refined.converged) throw notConverged();
+  warnOfDifferences(findings.filtered.estimate, refined);
+  if (objective == Objective::kPath) refined = leastDrift(drives, used, refined, options);
+  if (!refined.converged) throw notConverged();
   take(refined.values, refined.covariance, findings);
   if (drives.size() > 1 && drives.size() == findings.filtered.bags.size())
     findings.left_out = leaveOneOut(drives, used, refined, options);
-  const std::vector<Disagreement> disagreements =
-      calibration::disagreements(findings.filtered.estimate, refined);
-  if (!disagreements.empty())
-    warn("filter and fit differ by more than their standard deviations in " + differences(disagreements) +
-         ": is the noise right, and were the gains far off at first?");
+  findings.refined = std::move(refined);
+  findings.objective = objective;
 }
 
 std::vector<std::string> bagNames(const FilteredBags& filtered) {
@@ -98,11 +118,11 @@ std::vector<std::string> namesOf(const ParameterMask& mask, bool gains_only) {
   return names;
 }
 
-Findings findingsOf(FilteredBags filtered, bool refine) {
+Findings findingsOf(FilteredBags filtered, const CalibrateOptions& options) {
   Findings findings;
   findings.filtered = std::move(filtered);
   take(findings.filtered.estimate.values, findings.filtered.estimate.covariance, findings);
-  if (refine) refineFindings(findings);
+  if (options.refine) refineFindings(findings, options.objective);
   const Parameters& parameters = findings.filtered.parameters;
   const ParameterVector configured = valuesOf(parameters);
   for (const CalibratedBag& bag : findings.filtered.bags)
@@ -124,6 +144,8 @@ CalibrationResult resultOf(const Findings& findings) {
   result.data.distance = filtered.excitation.distance;
   result.data.laser_poses = filtered.counts.used;
   result.data.rejected = filtered.counts.rejected;
+  if (findings.refined)
+    result.data.objective = findings.objective == Objective::kPath ? "path" : "likelihood";
   return result;
 }
 

@@ -26,6 +26,7 @@ struct Findings {
   FilteredBags filtered;
   std::optional<calibration::NoiseLevels> noise;
   std::optional<calibration::Refinement> refined;
+  calibration::Objective objective{calibration::Objective::kLikelihood};  ///< of refined
   std::vector<calibration::LeftOutDrive> left_out;  ///< for each bag, where there are several
 
   calibration::ParameterVector values{calibration::ParameterVector::Zero()};  ///< refined where there is that
@@ -45,7 +46,7 @@ std::vector<std::string> namesOf(const calibration::ParameterMask& mask, bool ga
 
 /// Fits everything once more where it is asked for, and reckons before and after.
 /// @throws InputError where a gain is implausible, NoResultError where the fit did not converge
-Findings findingsOf(FilteredBags filtered, bool refine);
+Findings findingsOf(FilteredBags filtered, const CalibrateOptions& options);
 
 /// What a calibration file says of them.
 calibration::CalibrationResult resultOf(const Findings& findings);

@@ -270,7 +270,7 @@ void writeSummary(const std::string& folder, const Findings& findings, const Cal
   emitNoise(json, findings);
   json << YAML::Key << "calibration_file" << YAML::Value << plain(summary.file);
   json << YAML::EndMap;
-  AtomicOutput output(inFolder(folder, "summary.json"));
+  AtomicFile output(inFolder(folder, "summary.json"));
   std::ofstream(output.temporaryPath()) << json.c_str() << '\n';
   output.commit();
 }

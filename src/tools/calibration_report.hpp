@@ -2,6 +2,8 @@
 
 #include "calibration_findings.hpp"
 
+#include "bs_car_odometry/calibration/atomic_file.hpp"
+
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -27,7 +29,7 @@ class CsvWriter {
   };
   void separate();
 
-  AtomicOutput output_;
+  calibration::AtomicFile output_;
   std::unique_ptr<std::FILE, Close> file_;
   bool row_begun_{false};
 };

@@ -1,5 +1,6 @@
 #include "calibration_study_tool.hpp"
 
+#include "bs_car_odometry/calibration/atomic_file.hpp"
 #include "bs_car_odometry/laboratory/calibration_targets.hpp"
 #include "tool.hpp"
 
@@ -101,11 +102,12 @@ void writeCsv(std::ostream& out, const std::vector<TargetRow>& rows) {
 bool calibrationStudy(int argc, const char* const* argv) {
   const Request request = parse(argc, argv);
   laboratory::CalibrationStudySettings study;
-  study.configured = loadVehicle({request.config}, request.settings);
+  study.configured = loadNominalVehicle({request.config}, request.settings);
   study.runs = request.runs;
   study.seed = request.seed;
   study.threads = request.threads;
-  std::optional<AtomicOutput> csv;  // before the drives: a folder that is missing should not cost an hour
+  // Before the drives: a folder that is missing should not cost an hour.
+  std::optional<calibration::AtomicFile> csv;
   if (!request.csv.empty()) csv.emplace(request.csv);
   Progress progress("calibration_study", static_cast<double>(request.runs));
   study.progress = [&](std::size_t runs) { progress.update(static_cast<double>(runs)); };

@@ -42,6 +42,7 @@ std::string noiseLine(const char* name, const NoiseLevel& level) {
 std::string noiseLines(const Findings& findings) {
   if (!findings.noise) return {};
   const NoiseLevels& noise = *findings.noise;
+  if (!noise.converged) return line("%-22s not found: what is configured holds", "noise");
   return noiseLine("noise/wheel", noise.wheel) + noiseLine("laser, position [m]", noise.laser_position) +
          noiseLine("laser, yaw [rad]", noise.laser_yaw) +
          line("%-22s %11.1f %%", "laser, outliers", 100.0 * noise.outliers);

@@ -1,12 +1,14 @@
 #include "dead_reckoning.hpp"
 
+#include "bs_car_odometry/calibration/planar.hpp"
+
 namespace bs_car_odometry::tools {
 
 using namespace calibration;
 
 std::vector<ReckonedPose> deadReckon(const CalibrationDrive& drive, const Parameters& parameters,
                                      const ParameterVector& values, const std::vector<bool>& good) {
-  const Pose2 from_laser = inverse(Pose2{values[kLaserX], values[kLaserY], values[kLaserYaw]});
+  const Pose2 from_laser = inverse(mountOf(values));
   const Duration late = durationFromSeconds(values[kTimeOffset]);
   MotionModel model(parameters);
   model.setValues(values);

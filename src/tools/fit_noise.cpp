@@ -3,6 +3,8 @@
 #include "fit_noise_options.hpp"
 #include "noise_report.hpp"
 
+#include "bs_car_odometry/calibration/atomic_file.hpp"
+
 #include <fstream>
 #include <iostream>
 
@@ -20,7 +22,7 @@ std::vector<RecordedRun> readRuns(const FitNoiseOptions& options) {
   return runs;
 }
 
-void write(const std::string& text, AtomicOutput& output) {
+void write(const std::string& text, calibration::AtomicFile& output) {
   std::ofstream file(output.temporaryPath(), std::ios::binary);
   file << text;
   file.close();
@@ -33,7 +35,7 @@ void write(const std::string& text, AtomicOutput& output) {
 int main(int argc, char** argv) {
   return runTool("fit_noise", [&] {
     const FitNoiseOptions options = fitNoiseOptions(argc, argv);
-    AtomicOutput output(options.output);
+    calibration::AtomicFile output(options.output);
     const NoiseFit fit = fitNoise(readRuns(options), options.parameters, options.settings);
     write(noiseYaml(fit), output);
     std::cout << noiseTable(fit);

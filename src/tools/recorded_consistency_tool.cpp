@@ -5,6 +5,8 @@
 #include "recorded_folder.hpp"
 #include "tool.hpp"
 
+#include "bs_car_odometry/calibration/atomic_file.hpp"
+
 #include <boost/optional.hpp>
 
 #include <algorithm>
@@ -134,7 +136,7 @@ void print(const RecordedConsistency& judged) {
 
 void recordedConsistency(int argc, const char* const* argv) {
   const Request request = parse(argc, argv);
-  std::optional<AtomicOutput> csv;
+  std::optional<calibration::AtomicFile> csv;
   if (!request.csv.empty()) csv.emplace(request.csv);
   const Parameters parameters = loadCalibratedVehicle({request.config}, request.settings);
   const std::vector<RecordedRun> runs =

@@ -2,6 +2,7 @@
 
 #include "bag_input.hpp"
 
+#include "bs_car_odometry/calibration/planar.hpp"
 #include "bs_car_odometry/core/odometry_configuration.hpp"
 #include "bs_car_odometry/ros/conversions.hpp"
 
@@ -85,7 +86,7 @@ class DriveReader {
     if (!laser.frame.empty())
       throw InputError(path_ + " has no ground_truth, and laser_pose is that of the frame '" + laser.frame +
                        "': give laser/x, laser/y and laser/yaw instead of laser/frame");
-    return {laser.x, laser.y, laser.yaw};
+    return calibration::mountOf(laser);
   }
 
   void addInput(const rosbag::MessageInstance& message, RecordedDrive& drive) const {

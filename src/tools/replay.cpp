@@ -5,6 +5,7 @@
 #include "tum_writer.hpp"
 
 #include "bs_car_odometry/OdometryStatus.h"
+#include "bs_car_odometry/calibration/atomic_file.hpp"
 #include "bs_car_odometry/ros/odometry_adapter.hpp"
 
 #include <nav_msgs/Odometry.h>
@@ -61,7 +62,7 @@ class ReplayOutput {
   OutputFrames frames_;
   bool publish_tf_;
   std::optional<BagWriter> bag_;
-  std::optional<AtomicOutput> tum_file_;  // outlives what writes it
+  std::optional<calibration::AtomicFile> tum_file_;  // outlives what writes it
   std::optional<TumWriter> tum_;
   nav_msgs::Odometry odom_;
   tf2_msgs::TFMessage transforms_;
@@ -71,7 +72,7 @@ class ReplayOutput {
 
 /// Gives a recorded message to the adapter: an input, or a pose that was set or a calibration that was
 /// accepted during the drive.
-void feed(const rosbag::MessageInstance& message, const InputFeed& inputs, OdometryAdapter& adapter) {
+void feed(const rosbag::MessageInstance& message, InputFeed& inputs, OdometryAdapter& adapter) {
   if (inputs.feed(message, adapter)) return;
   if (const auto pose = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
     const std::string refused = adapter.setPose(*pose);
@@ -124,7 +125,7 @@ void replay(const Parameters& parameters, const TopicNames& topics, const Replay
   const InputTopics inputs(parameters, topics);
   requireTopics(*bag, files.input, inputs.required());
   ReplayOutput output(files, parameters, adapter.frames());
-  const InputFeed input(topics);
+  InputFeed input(topics);
 
   rosbag::View view(*bag, query(inputs, topics, parameters.accept_calibration));
   Progress progress("replay", static_cast<double>(view.size()));

@@ -1,5 +1,6 @@
 #include "simulated_consistency.hpp"
 
+#include "bs_car_odometry/calibration/atomic_file.hpp"
 #include "bs_car_odometry/laboratory/consistency.hpp"
 #include "bs_car_odometry/ros/odometry_adapter.hpp"
 #include "bs_car_odometry/simulation/scenario.hpp"
@@ -253,8 +254,8 @@ class Files {
 
  private:
   std::string csv_path_;
-  std::optional<AtomicOutput> table_;
-  std::optional<AtomicOutput> picture_;
+  std::optional<calibration::AtomicFile> table_;
+  std::optional<calibration::AtomicFile> picture_;
 };
 
 }  // namespace

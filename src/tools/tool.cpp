@@ -2,14 +2,10 @@
 
 #include "bs_car_odometry/calibration/result_file.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <iostream>
 #include <iterator>
 #include <utility>
@@ -48,37 +44,6 @@ bool isRemapping(const std::string& argument) { return argument.find(kRemap) != 
 bool isAmong(const std::vector<std::string>& names, const std::string& name_with_slash) {
   return std::any_of(names.begin(), names.end(),
                      [&](const std::string& name) { return withLeadingSlash(name) == name_with_slash; });
-}
-
-std::string folderOf(const std::string& path) {
-  const std::size_t slash = path.rfind('/');
-  if (slash == std::string::npos) return ".";
-  return slash == 0 ? "/" : path.substr(0, slash);
-}
-
-std::string fileNameOf(const std::string& path) { return path.substr(path.rfind('/') + 1); }
-
-[[noreturn]] void throwSystemError(const std::string& what) {
-  throw InputError(what + ": " + std::strerror(errno));
-}
-
-/// Brings a file, or a folder's entries, from the system's cache to the disk.
-void syncToDisk(const std::string& path, int open_flags) {
-  const int file = ::open(path.c_str(), open_flags | O_CLOEXEC);
-  if (file < 0) throwSystemError("cannot open " + path);
-  const bool synced = ::fsync(file) == 0;
-  const int error = errno;
-  ::close(file);
-  errno = error;
-  // Some file systems cannot sync a folder (EINVAL); the file itself is safe by then.
-  if (!synced && error != EINVAL) throwSystemError("cannot write " + path + " to the disk");
-}
-
-/// What mkstemp does not give: the permissions of any other new file.
-void applyUsualPermissions(int file) {
-  const mode_t mask = ::umask(0);
-  ::umask(mask);
-  ::fchmod(file, 0666 & ~mask);
 }
 
 std::pair<std::string, std::string> splitSetting(const std::string& setting) {
@@ -183,36 +148,21 @@ Parameters loadVehicle(const std::vector<std::string>& configs, const std::vecto
   return loaded.parameters;
 }
 
+Parameters loadNominalVehicle(const std::vector<std::string>& configs,
+                              const std::vector<std::string>& settings) {
+  Parameters parameters = loadVehicle(configs, settings);
+  if (!parameters.calibration_file.empty())
+    warn("calibration_file is not used: a calibration begins with the gains of the vehicle file (" +
+         configs.front() + ")");
+  return parameters;
+}
+
 Parameters loadCalibratedVehicle(const std::vector<std::string>& configs,
                                  const std::vector<std::string>& settings) {
   Parameters parameters = loadVehicle(configs, settings);
   const std::string error = calibration::applyCalibrationFile(parameters);
   if (!error.empty()) throw calibration::CalibrationFileError(error);
   return parameters;
-}
-
-AtomicOutput::AtomicOutput(std::string path) : path_(std::move(path)) {
-  if (fileNameOf(path_).empty()) throw InputError("'" + path_ + "' is not the name of a file");
-  struct stat status {};
-  if (::stat(path_.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
-    throw InputError("cannot write " + path_ + ": it is not a regular file");
-  std::string pattern = folderOf(path_) + "/." + fileNameOf(path_) + ".XXXXXX";
-  const int file = ::mkstemp(pattern.data());
-  if (file < 0) throwSystemError("cannot write " + path_);
-  applyUsualPermissions(file);
-  ::close(file);
-  temporary_path_ = pattern;
-}
-
-AtomicOutput::~AtomicOutput() {
-  if (!temporary_path_.empty()) ::unlink(temporary_path_.c_str());
-}
-
-void AtomicOutput::commit() {
-  syncToDisk(temporary_path_, O_RDWR);
-  if (::rename(temporary_path_.c_str(), path_.c_str()) != 0) throwSystemError("cannot write " + path_);
-  temporary_path_.clear();
-  syncToDisk(folderOf(path_), O_RDONLY | O_DIRECTORY);
 }
 
 Progress::Progress(std::string label, double total)

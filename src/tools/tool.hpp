@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-/// What the command-line tools have in common: errors, command line, topic names, output files, progress.
+/// What the command-line tools have in common: errors, command line, topic names, progress.
 namespace bs_car_odometry::tools {
 
 /// Input that is missing, empty or malformed: one line on standard error and exit status 3.
@@ -84,29 +84,13 @@ Parameters loadVehicle(const std::vector<std::string>& configs, const std::vecto
 Parameters loadCalibratedVehicle(const std::vector<std::string>& configs,
                                  const std::vector<std::string>& settings);
 
+/// The same without the calibration, for tools that make one: a warning says so where a file is named.
+Parameters loadNominalVehicle(const std::vector<std::string>& configs,
+                              const std::vector<std::string>& settings);
+
 /// Without the calibration, and with the warnings left to the caller.
 LoadedParameters readVehicle(const std::vector<std::string>& configs,
                              const std::vector<std::string>& settings);
-
-/// A file that appears under its name only when it is whole: written beside it under a hidden name, then
-/// renamed, so that neither a crash nor a full disk leaves half a file or harms the one that was there.
-class AtomicOutput {
- public:
-  explicit AtomicOutput(std::string path);  ///< @throws InputError when the folder is missing or not writable
-  ~AtomicOutput();                          ///< removes what was not committed
-  AtomicOutput(const AtomicOutput&) = delete;
-  AtomicOutput& operator=(const AtomicOutput&) = delete;
-
-  /// Where to write; the file exists and is empty.
-  const std::string& temporaryPath() const { return temporary_path_; }
-
-  /// Puts the file in its place, after the writer has closed it. @throws InputError
-  void commit();
-
- private:
-  std::string path_;
-  std::string temporary_path_;  ///< empty once committed
-};
 
 /// A progress line on standard error, only when that is a terminal; cheap to call for every message.
 class Progress {

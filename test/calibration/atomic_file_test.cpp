@@ -13,8 +13,10 @@
 
 #include <csignal>
 #include <ctime>
+#include <fstream>
 #include <functional>
 #include <iostream>
+#include <iterator>
 #include <random>
 
 namespace bs_car_odometry::calibration::testing {
@@ -23,6 +25,11 @@ namespace {
 using ::testing::HasSubstr;
 using tools::testing::errorOf;
 using tools::testing::TemporaryFolder;
+
+std::string textOf(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
 
 CalibrationResult numbered(int number) {
   CalibrationResult numbered = result();
@@ -149,9 +156,9 @@ TEST_F(OldFile, C11_survives_a_folder_that_is_none) {
   for (const auto& [path, why] :
        {std::pair<std::string, std::string>{folder_.file("none/car.yaml"), "No such file"},
         {path_ + "/car.yaml", "Not a directory"},
-        {folder_.file(""), "no name of a file"},
+        {folder_.file(""), "not the name of a file"},
         {"/tmp", "not a regular file"},
-        {"", "no name of a file"},
+        {"", "not the name of a file"},
         {"/dev/full", "not a regular file"}}) {
     EXPECT_THAT(saveError(path), HasSubstr(why)) << path;
     const std::string checked = path;
@@ -206,6 +213,23 @@ TEST(AtomicFile, C11_can_be_checked_beforehand) {
   save(folder.file("car.yaml"), numbered(4));
   EXPECT_NO_THROW(checkWritable(folder.file("car.yaml")));
   EXPECT_EQ(readCalibrationFile(folder.file("car.yaml"), cycab()).data.laser_poses, 4u);
+}
+
+TEST(AtomicFile, theFileAppearsOnlyWhenCommitted) {
+  const TemporaryFolder folder;
+  const std::string path = folder.write("out.bag", "old");
+  AtomicFile output(path);
+  std::ofstream(output.temporaryPath()) << "new";
+  EXPECT_EQ(textOf(path), "old");
+  output.commit();
+  EXPECT_EQ(textOf(path), "new");
+  EXPECT_EQ(folder.files(), 1u);
+}
+
+TEST(AtomicFile, whatIsNotCommittedLeavesNoTrace) {
+  const TemporaryFolder folder;
+  { const AtomicFile output(folder.file("out.bag")); }
+  EXPECT_EQ(folder.files(), 0u);
 }
 
 TEST(AtomicFile, has_the_permissions_of_any_new_file) {

@@ -3,6 +3,7 @@
 #include "calibration_drive.hpp"
 
 #include "bs_car_odometry/laboratory/chi_square.hpp"
+#include "bs_car_odometry/simulation/random.hpp"
 
 #include <gmock/gmock.h>
 #include <Eigen/Cholesky>
@@ -81,14 +82,12 @@ TEST_P(Gains, areFoundAsWellAsTheFilterSays) {
   for (std::uint64_t seed = 1; seed <= kDrives; ++seed) {
     const Vehicle car = drawnCar(parameters, seed);
     const std::vector<Sample> drive = driven(car, parameters, GetParam().scenario, seed);
-    LaserSettings laser;
-    laser.seed = seed;
     Calibrator calibrator(parameters);
     calibrator.setListener([&](const CalibrationUpdate& update) {
       nis += update.innovation.nis;
       ++updates;
     });
-    calibrate(calibrator, parameters, drive, laserPoses(drive, parameters, laser));
+    calibrate(calibrator, parameters, drive, laserPoses(drive, parameters, seed));
     nees += gainNees(calibrator, car, parameters, degrees) / kDrives;
     EXPECT_TRUE(calibrator.allGainsObserved()) << "seed " << seed;
     EXPECT_EQ(calibrator.counts().relocalisations, 0u) << "seed " << seed;
@@ -126,10 +125,8 @@ TEST(StraightLine, C5_leavesTheTrackAtItsPrior) {
     double moved = 0.0;
     for (std::uint64_t seed = 1; seed <= kDrives; ++seed) {
       const std::vector<Sample> drive = driven(car, parameters, "straight", seed, 30.0);
-      LaserSettings laser;
-      laser.seed = seed;
       Calibrator calibrator(parameters);
-      calibrate(calibrator, parameters, drive, laserPoses(drive, parameters, laser));
+      calibrate(calibrator, parameters, drive, laserPoses(drive, parameters, seed));
       const FilterEstimate estimate = calibrator.estimate();
       EXPECT_GT(std::sqrt(estimate.covariance(k_b, k_b)), 0.97 * prior) << "seed " << seed;
       EXPECT_FALSE(calibrator.observed()[k_b]);
@@ -155,7 +152,7 @@ TEST(Track, staysWhereANoiseLevelIsSetTooHigh) {
   quiet.noise.wheel = parameters.noise.wheel.std() / 6.0;
   const std::vector<Sample> drive = driven(car, quiet, "slalom_eight", 1);
   Calibrator calibrator(parameters);
-  calibrate(calibrator, parameters, drive, laserPoses(drive, parameters, LaserSettings()));
+  calibrate(calibrator, parameters, drive, laserPoses(drive, parameters, 1));
   EXPECT_NEAR(calibrator.estimate().values[systematic::kRearTrack], 1.0, 0.05);
   EXPECT_NEAR(calibrator.estimate().values[systematic::kRearRight], 1.0, 0.01);
 }

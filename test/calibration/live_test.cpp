@@ -145,17 +145,32 @@ TEST(Live, C4_aJumpOfTheLocaliserIsFollowed) {
   const Pose2 moved{1.0, 0.0, 20.0 * M_PI / 180.0};
   CarSettings settings = driveOf(scenarioNamed("slalom_eight"), 3);
   CarSettings jumping = settings;
-  jumping.disturb = [&moved](double time, Pose2& pose) {
-    if (time > kJump) pose = moved * pose;
+  double shift = 0.0;  // m, of the latest laser pose
+  jumping.disturb = [&moved, &shift](double time, Pose2& pose) {
+    if (time <= kJump) return;
+    const Pose2 elsewhere = moved * pose;
+    shift = (elsewhere.position() - pose.position()).norm();
+    pose = elsewhere;
   };
   Calibrator undisturbed(settings.parameters);
   Calibrator calibrator(settings.parameters);
+  std::vector<LocaliserJump> jumps;
+  calibrator.setListener([&](const CalibrationUpdate& update) {
+    if (!update.jump) return;
+    jumps.push_back(*update.jump);
+    // Three standard deviations of the pose, as below.
+    EXPECT_NEAR(update.jump->distance, shift, 0.06);
+    EXPECT_NEAR(update.jump->turn, moved.yaw, 0.015);
+  });
   CarWithLaser quiet_car(settings);
   CarWithLaser car(jumping);
   // Ten poses of 10 Hz make a jump; twice that is allowed.
   quiet_car.driveUntil(kJump + 2.0, undisturbed);
   car.driveUntil(kJump + 2.0, calibrator);
   EXPECT_EQ(calibrator.counts().relocalisations, 1u);
+  ASSERT_EQ(jumps.size(), 1u);
+  const Time first = timeFromNanoseconds(1600000000000000000) + durationFromSeconds(kJump + 0.1);
+  EXPECT_EQ(jumps[0].stamp, first) << "the first pose from the new place";
   const Pose2 expected = moved * car.truePose();
   const Pose2 found = calibrator.estimate().pose;
   EXPECT_LT(std::hypot(found.x - expected.x, found.y - expected.y), 0.06) << "three standard deviations";

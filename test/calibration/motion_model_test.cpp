@@ -94,6 +94,22 @@ TEST_P(Derivatives, ofTheMotionByEveryParameter) {
   }
 }
 
+/// Rounding alone is between the two: 150 steps, poses of some metres.
+TEST_P(Derivatives, areOfTheMotionThatMovesAPose) {
+  constexpr double kRounding = 1e-12;
+  const Parameters parameters = parametersOf(GetParam());
+  const std::vector<MeasuredStep> steps = exactSteps(parameters, parameters.vehicle, 3.0);
+  const ParameterVector values = 1.02 * valuesOf(parameters);
+  MotionModel model(parameters);
+  model.setValues(values);
+  Pose2 pose;
+  double distance = 0.0;
+  for (const MeasuredStep& step : steps) distance += model.move(step, pose);
+  const MotionSegment segment = drivenAt(parameters, steps, values);
+  EXPECT_LT((pose.vector() - segment.motion.vector()).norm(), kRounding);
+  EXPECT_NEAR(distance, segment.distance, kRounding);
+}
+
 using Source = RearSteering::Source;
 INSTANTIATE_TEST_SUITE_P(
     Models, Derivatives,

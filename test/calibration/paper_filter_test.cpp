@@ -577,9 +577,7 @@ TEST(PaperFilter, C5_aStraightRunTellsOfTheDistanceGainAlone) {
     Vehicle car = p.vehicle;
     car.gains.rear = {1.02, 0.99, 1.03};
     const std::vector<laboratory::Sample> samples = laboratory::record(car, settings);
-    LaserSettings laser;
-    laser.seed = seed;
-    calibrate(calibrator, p, samples, laserPoses(samples, p, laser));
+    calibrate(calibrator, p, samples, laserPoses(samples, p, seed));
   };
   Calibrator calibrator(p);
   calibrator.setStraightRun(true);

@@ -1,8 +1,6 @@
 #include "bs_car_odometry/calibration/refinement.hpp"
 
-#include "bs_car_odometry/calibration/drive_bound.hpp"
 #include "bs_car_odometry/laboratory/chi_square.hpp"
-#include "bs_car_odometry/parameters/configuration.hpp"
 #include "calibration/refinement/fit.hpp"
 #include "calibration/refinement/residuals.hpp"
 #include "simulated_calibration.hpp"
@@ -18,55 +16,9 @@
 namespace bs_car_odometry::calibration {
 namespace {
 
-constexpr std::array<std::size_t, 3> kRearGains{systematic::kRearRight, systematic::kRearLeft,
-                                                systematic::kRearTrack};
-
-SimulatedDrive drive(const std::string& scenario, const Parameters& parameters, std::uint64_t seed) {
-  SimulatedDrive drive;
-  drive.scenario = scenario;
-  drive.seed = seed;
-  drive.noise = parameters.noise;
-  drive.laser_sigma = parameters.laser_sigma;
-  drive.truth = drawTruth(parameters, seed);
-  return drive;
-}
-
-Parameters withPrior(double prior, AxleSelection axles = AxleSelection::kRear) {
-  Parameters parameters = cycabParameters(axles);
-  parameters.calibration.prior.k_r = prior;
-  parameters.calibration.prior.k_l = prior;
-  parameters.calibration.prior.k_b = prior;
-  return parameters;
-}
-
-double deviation(const ParameterMatrix& covariance, std::size_t parameter) {
-  const auto i = static_cast<Eigen::Index>(parameter);
-  return std::sqrt(covariance(i, i));
-}
-
 double errorOf(const Refinement& refined, const ParameterVector& truth, std::size_t parameter) {
   const auto i = static_cast<Eigen::Index>(parameter);
   return refined.values[i] - truth[i];
-}
-
-/// Smallest bound of the deviations: that of a drive without noise at the configured values.
-ParameterVector boundOf(const std::string& scenario, const Parameters& parameters) {
-  laboratory::DriveSettings settings;
-  settings.scenario = scenario;
-  settings.rate = 50.0;
-  settings.axles = parameters.odometry.axles;
-  DriveBound bound(parameters, parametersToEstimate(parameters), priorDeviations(parameters));
-  const Eigen::Vector3d sigma(parameters.laser_sigma.position, parameters.laser_sigma.position,
-                              parameters.laser_sigma.yaw);
-  const Eigen::Matrix3d R = sigma.cwiseAbs2().asDiagonal();
-  OdometryPipeline pipeline(toConfiguration(parameters));
-  std::size_t i = 0;
-  for (const laboratory::Sample& sample : laboratory::record(parameters.vehicle, settings)) {
-    const OdometryUpdate update = laboratory::step(pipeline, sample);
-    if (update.step) bound.move(*update.step);
-    if (i++ % 5 == 0) bound.update(R);
-  }
-  return bound.deviations();
 }
 
 /// What many drives show of the refinement.
@@ -89,7 +41,7 @@ Study study(const std::string& scenario, int runs, const LaserOutliers& outliers
   std::cout << scenario << ", seeds 1 to " << runs << "\n";
   Study study;
   for (int seed = 1; seed <= runs; ++seed) {
-    SimulatedDrive simulated = drive(scenario, parameters, static_cast<std::uint64_t>(seed));
+    SimulatedDrive simulated = drawnDrive(scenario, parameters, static_cast<std::uint64_t>(seed));
     simulated.outliers = outliers;
     const CalibratedDrive calibrated = calibrate(simulated, parameters);
     const Refinement refined = refine({&calibrated.drive}, parameters);
@@ -158,7 +110,7 @@ TEST(Refinement, BearsOutliers) {
 TEST(Refinement, AgreesWithTheFilterOnBothAxles) {
   const Parameters parameters = withPrior(0.05, AxleSelection::kBoth);
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const CalibratedDrive calibrated = calibrate(drive("fig4", parameters, seed), parameters);
+    const CalibratedDrive calibrated = calibrate(drawnDrive("fig4", parameters, seed), parameters);
     const Refinement refined = refine({&calibrated.drive}, parameters);
     EXPECT_TRUE(refined.converged);
     EXPECT_TRUE(disagreements(calibrated.filter, refined).empty());
@@ -192,7 +144,7 @@ TEST(Refinement, SaysWhereFilterAndRefinementDisagree) {
 TEST(Refinement, FindsGainsThatAreTenPercentOffWithoutTheFilter) {
   const Parameters parameters = withPrior(0.05);
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    SimulatedDrive simulated = drive("slalom_eight", parameters, seed);
+    SimulatedDrive simulated = drawnDrive("slalom_eight", parameters, seed);
     simulated.truth.segment<3>(systematic::kRearRight) << 1.1, 1.1, 0.9;
     const CalibratedDrive calibrated = calibrate(simulated, parameters);
     const Refinement refined = refine({&calibrated.drive}, parameters);
@@ -204,7 +156,7 @@ TEST(Refinement, FindsGainsThatAreTenPercentOffWithoutTheFilter) {
 
 TEST(Refinement, StopsAtTheBoundsOfTheGainsAndSaysSo) {
   const Parameters parameters = withPrior(1.0);
-  SimulatedDrive simulated = drive("fig4", parameters, 1);
+  SimulatedDrive simulated = drawnDrive("fig4", parameters, 1);
   simulated.truth.segment<3>(systematic::kRearRight) << 3.0, 3.0, 1.0;
   const CalibratedDrive calibrated = calibrate(simulated, parameters);
   const Refinement refined = refine({&calibrated.drive}, parameters);
@@ -219,7 +171,7 @@ TEST(Refinement, StopsAtTheBoundsOfTheGainsAndSaysSo) {
 
 TEST(Refinement, StraightDriveLeavesTheTrackAtItsPrior) {
   const Parameters parameters = withPrior(0.02);
-  const SimulatedDrive simulated = drive("straight", parameters, 1);
+  const SimulatedDrive simulated = drawnDrive("straight", parameters, 1);
   const CalibratedDrive calibrated = calibrate(simulated, parameters);
   const Refinement refined = refine({&calibrated.drive}, parameters);
   EXPECT_TRUE(refined.converged);
@@ -237,7 +189,7 @@ TEST(Refinement, FindsLaserMountAndDelayToo) {
   double nees = 0.0;
   constexpr int kRuns = 30;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
-    const SimulatedDrive simulated = drive("slalom_eight", parameters, seed);
+    const SimulatedDrive simulated = drawnDrive("slalom_eight", parameters, seed);
     const CalibratedDrive calibrated = calibrate(simulated, parameters);
     const Refinement refined = refine({&calibrated.drive}, parameters);
     EXPECT_TRUE(refined.converged);
@@ -260,7 +212,7 @@ TEST(Refinement, FindsLaserMountAndDelayToo) {
 TEST(Refinement, JoinsNothingAcrossAJumpOfTheLocaliser) {
   const Parameters parameters = withPrior(0.02);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    SimulatedDrive simulated = drive("slalom_eight", parameters, seed);
+    SimulatedDrive simulated = drawnDrive("slalom_eight", parameters, seed);
     simulated.jump_after = 31.0;
     const CalibratedDrive calibrated = calibrate(simulated, parameters);
     const Refinement refined = refine({&calibrated.drive}, parameters);
@@ -276,7 +228,7 @@ TEST(Refinement, BelievesNoMotionOfAWheelThatSpins) {
   const ParameterVector bound = boundOf("slalom_eight", parameters);
   double square = 0.0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const SimulatedDrive simulated = drive("wheel_spin", parameters, seed);
+    const SimulatedDrive simulated = drawnDrive("wheel_spin", parameters, seed);
     const CalibratedDrive calibrated = calibrate(simulated, parameters);
     const Refinement refined = refine({&calibrated.drive}, parameters);
     for (const std::size_t p : kRearGains)
@@ -288,7 +240,7 @@ TEST(Refinement, BelievesNoMotionOfAWheelThatSpins) {
 
 TEST(Refinement, OfSeveralDrivesIsAsGoodAsTheirLength) {
   const Parameters parameters = withPrior(0.05);
-  SimulatedDrive simulated = drive("fig4", parameters, 1);
+  SimulatedDrive simulated = drawnDrive("fig4", parameters, 1);
   std::vector<CalibratedDrive> calibrated;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     simulated.seed = seed;
@@ -317,7 +269,7 @@ TEST(Refinement, OfNothingDoesNotConverge) {
 
 TEST(Refinement, UsesEverySecondPoseOfALongDrive) {
   const Parameters parameters = withPrior(0.02);
-  const SimulatedDrive simulated = drive("slalom_eight", parameters, 1);
+  const SimulatedDrive simulated = drawnDrive("slalom_eight", parameters, 1);
   const CalibratedDrive calibrated = calibrate(simulated, parameters);
   RefinementOptions options;
   options.most_poses = 400;
@@ -336,7 +288,7 @@ TEST(Refinement, UsesEverySecondPoseOfALongDrive) {
 TEST(ChainFilter, CovarianceIsThatOfCeres) {
   Parameters parameters = withPrior(0.02);
   parameters.calibration.estimate = {"gains", "laser_mount", "time_offset"};
-  SimulatedDrive simulated = drive("fig4", parameters, 3);
+  SimulatedDrive simulated = drawnDrive("fig4", parameters, 3);
   simulated.outliers = {0.1, 1.0, 0.3};
   const CalibratedDrive calibrated = calibrate(simulated, parameters);
   Refinement refined = refine({&calibrated.drive}, parameters);
@@ -387,7 +339,7 @@ TEST(ChainFilter, CovarianceIsThatOfCeres) {
 /// A fit is where no parameter wants to move: the elimination finds the solver's solution.
 TEST(ChainFilter, FindsNothingLeftAfterAFit) {
   const Parameters parameters = withPrior(0.02);
-  const CalibratedDrive calibrated = calibrate(drive("fig4", parameters, 5), parameters);
+  const CalibratedDrive calibrated = calibrate(drawnDrive("fig4", parameters, 5), parameters);
   const Drives drives{&calibrated.drive};
   Fit fit(drives, parameters, {});
   fit.run();

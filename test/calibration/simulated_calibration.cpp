@@ -1,7 +1,10 @@
 #include "simulated_calibration.hpp"
 
+#include "bs_car_odometry/calibration/drive_bound.hpp"
+#include "bs_car_odometry/calibration/planar.hpp"
 #include "bs_car_odometry/parameters/configuration.hpp"
 #include "bs_car_odometry/simulation/random.hpp"
+#include "calibration_drive.hpp"
 
 #include <cmath>
 
@@ -11,7 +14,6 @@ namespace {
 
 constexpr std::uint64_t kTruthStream = 200;  // apart from those of the simulated car
 constexpr std::uint64_t kLaserStream = 201;
-constexpr std::size_t kSamplesALaser = 5;
 const Pose2 kJump{3.0, -2.0, 0.5};  // of the map
 
 class Laser {
@@ -23,8 +25,7 @@ class Laser {
     const ParameterVector& truth = simulated_.truth;
     LaserPose laser;
     laser.stamp = laboratory::stampOf(sample) + durationFromSeconds(truth[kTimeOffset]);
-    laser.pose = Pose2{sample.truth.x, sample.truth.y, sample.truth.yaw} *
-                 Pose2{truth[kLaserX], truth[kLaserY], truth[kLaserYaw]};
+    laser.pose = Pose2{sample.truth.x, sample.truth.y, sample.truth.yaw} * mountOf(truth);
     const bool outlier = random_.uniform() <= simulated_.outliers.share;
     const LaserSigma& sigma = simulated_.laser_sigma;
     laser.pose.x += outlier ? spread(simulated_.outliers.position) : sigma.position * random_.normal();
@@ -77,18 +78,59 @@ CalibratedDrive calibrate(const SimulatedDrive& simulated, const Parameters& par
   settings.noise = simulated.noise;
   const std::vector<laboratory::Sample> samples = laboratory::record(vehicle, settings);
 
-  OdometryPipeline pipeline(toConfiguration(parameters));
+  std::vector<LaserPose> lasers;
+  Laser laser(simulated, parameters.laser_sigma);
+  for (std::size_t i = 0; i < samples.size(); i += laboratory::kLaserEvery)
+    lasers.push_back(laser.read(samples[i]));
+
   Calibrator calibrator(parameters);
   DriveRecorder recorder;
   calibrator.setListener([&](const CalibrationUpdate& update) { recorder.add(update, calibrator.counts()); });
-  Laser laser(simulated, parameters.laser_sigma);
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const OdometryUpdate update = laboratory::step(pipeline, samples[i]);
-    recorder.add(update);
-    calibrator.add(update);
-    if (i % kSamplesALaser == 0) calibrator.add(laser.read(samples[i]));
-  }
+  calibrate(calibrator, parameters, samples, lasers, 0,
+            [&](const OdometryUpdate& update) { recorder.add(update); });
   return {recorder.take(), calibrator.estimate()};
+}
+
+Parameters withPrior(double prior, AxleSelection axles) {
+  Parameters parameters = cycabParameters(axles);
+  parameters.calibration.prior.k_r = prior;
+  parameters.calibration.prior.k_l = prior;
+  parameters.calibration.prior.k_b = prior;
+  return parameters;
+}
+
+SimulatedDrive drawnDrive(const std::string& scenario, const Parameters& parameters, std::uint64_t seed) {
+  SimulatedDrive drive;
+  drive.scenario = scenario;
+  drive.seed = seed;
+  drive.noise = parameters.noise;
+  drive.laser_sigma = parameters.laser_sigma;
+  drive.truth = drawTruth(parameters, seed);
+  return drive;
+}
+
+double deviation(const ParameterMatrix& covariance, std::size_t parameter) {
+  const auto i = static_cast<Eigen::Index>(parameter);
+  return std::sqrt(covariance(i, i));
+}
+
+ParameterVector boundOf(const std::string& scenario, const Parameters& parameters) {
+  laboratory::DriveSettings settings;
+  settings.scenario = scenario;
+  settings.rate = 50.0;
+  settings.axles = parameters.odometry.axles;
+  DriveBound bound(parameters, parametersToEstimate(parameters), priorDeviations(parameters));
+  const Eigen::Vector3d sigma(parameters.laser_sigma.position, parameters.laser_sigma.position,
+                              parameters.laser_sigma.yaw);
+  const Eigen::Matrix3d R = sigma.cwiseAbs2().asDiagonal();
+  OdometryPipeline pipeline(toConfiguration(parameters));
+  std::size_t i = 0;
+  for (const laboratory::Sample& sample : laboratory::record(parameters.vehicle, settings)) {
+    const OdometryUpdate update = laboratory::step(pipeline, sample);
+    if (update.step) bound.move(*update.step);
+    if (i++ % kSamplesALaser == 0) bound.update(R);
+  }
+  return bound.deviations();
 }
 
 }  // namespace bs_car_odometry::calibration

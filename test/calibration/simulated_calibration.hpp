@@ -4,6 +4,8 @@
 #include "bs_car_odometry/laboratory/drive.hpp"
 #include "bs_car_odometry/parameters/parameters.hpp"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -45,5 +47,19 @@ ParameterVector drawTruth(const Parameters& parameters, std::uint64_t seed);
 /// Drives, and takes every laser pose to a Calibrator of the configured parameters. The laser poses come with
 /// the configured `laser_sigma`, whatever their true noise.
 CalibratedDrive calibrate(const SimulatedDrive& simulated, const Parameters& parameters);
+
+constexpr std::array<std::size_t, 3> kRearGains{systematic::kRearRight, systematic::kRearLeft,
+                                                systematic::kRearTrack};
+
+/// The Cycab, with this prior for each gain.
+Parameters withPrior(double prior, AxleSelection axles = AxleSelection::kRear);
+
+/// A drive with noise as configured and parameters drawn from their prior.
+SimulatedDrive drawnDrive(const std::string& scenario, const Parameters& parameters, std::uint64_t seed);
+
+double deviation(const ParameterMatrix& covariance, std::size_t parameter);
+
+/// Smallest bound of the deviations: that of a drive without noise at the configured values.
+ParameterVector boundOf(const std::string& scenario, const Parameters& parameters);
 
 }  // namespace bs_car_odometry::calibration

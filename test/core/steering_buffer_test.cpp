@@ -32,6 +32,16 @@ TEST(SteeringBuffer, InterpolatesBetweenTheReadingsAround) {
   EXPECT_DOUBLE_EQ(buffer.angleAt(at(15)), 0.4);
 }
 
+TEST(SteeringBuffer, FindsReadingsOfLongAgo) {
+  SteeringBuffer buffer;
+  for (int i = 0; i < 100; ++i) buffer.insert(at(10 * i), 0.01 * i);
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_DOUBLE_EQ(buffer.angleAt(at(10 * i)), 0.01 * i);
+    EXPECT_EQ(buffer.newestUntil(at(10 * i + 5)), at(10 * i));
+  }
+  EXPECT_EQ(buffer.insert(at(20), 0.0), Inserted::kRepeated);
+}
+
 TEST(SteeringBuffer, HoldsBeforeTheFirstAndAfterTheLast) {
   const SteeringBuffer buffer = filled({10, 20});
   EXPECT_EQ(buffer.angleAt(at(0)), 0.01);

@@ -35,6 +35,14 @@ std::string violation(const CalibrationState& message) {
   return "";
 }
 
+LaserMessage inMovedMap(LaserMessage message, const Pose2& map) {
+  const Pose2 seen = map * toPose(message.pose.pose).value();
+  message.pose.pose.position.x = seen.x;
+  message.pose.pose.position.y = seen.y;
+  message.pose.pose.orientation = toQuaternion(seen.yaw);
+  return message;
+}
+
 }  // namespace
 
 CalibrationClient::CalibrationClient(const std::string& name)
@@ -83,7 +91,7 @@ void CalibrationClient::publish(const SimulatedMessage& message) {
   } else if (const auto* angle = std::get_if<SteeringAngle>(&message.content)) {
     steering_.publish(*angle);
   } else if (const auto* laser = std::get_if<LaserMessage>(&message.content)) {
-    laser_.publish(*laser);
+    laser_.publish(inMovedMap(*laser, map_));
     newest_laser_ = laser->header.stamp;
   }
 }

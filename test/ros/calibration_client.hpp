@@ -41,6 +41,9 @@ class CalibrationClient {
   /// @return false when it does not
   bool drive(SimulatedDrive& drive, double seconds);
 
+  /// From now on the drive's laser poses are those in a map that has moved so.
+  void moveMap(const Pose2& moved) { map_ = moved; }
+
   void send(const LaserMessage& message) { laser_.publish(message); }
   /// Stamp of the newest wheels that were sent.
   const ros::Time& newestWheels() const { return newest_wheels_; }
@@ -70,6 +73,7 @@ class CalibrationClient {
   std::vector<nav_msgs::Odometry> odometry_;
   ros::Time newest_wheels_;
   ros::Time newest_laser_;
+  Pose2 map_;
 };
 
 }  // namespace bs_car_odometry::testing

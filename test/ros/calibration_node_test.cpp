@@ -1,5 +1,5 @@
 // A running calibration: what it publishes, what it saves, and that nothing it is sent can disturb it
-// (docs/reliability.md, rows C1, C2, C5, C9, C13).
+// (docs/reliability.md, rows C1, C2, C4, C5, C9, C13).
 
 #include "calibration_client.hpp"
 #include "odometry_client.hpp"
@@ -242,6 +242,24 @@ TEST(CalibrationNode, C2_saysThatPosesWithoutCovarianceHaveLaserSigma) {
   client.send(message);
   EXPECT_TRUE(diagnostics.waitForStatus("bs_car_odometry: Laser", diagnostic_msgs::DiagnosticStatus::WARN,
                                         "'laser_sigma' is used instead"));
+}
+
+// --- C4: the localiser jumps -----------------------------------------------------------------------------
+
+TEST(CalibrationNode, C4_aJumpOfTheLocaliserIsAnEvent) {
+  CalibrationClient client("jump");
+  DiagnosticsListener diagnostics;
+  ASSERT_TRUE(client.start());
+  SimulatedDrive drive = driveOf(client, "slalom_eight", 30.0);
+  ASSERT_TRUE(client.drive(drive, 15.0));
+  EXPECT_THAT(client.process().output(), Not(HasSubstr("jumped")));
+  client.moveMap({1.0, 0.0, 20.0 * M_PI / 180.0});
+  ASSERT_TRUE(client.drive(drive, 5.0));
+  EXPECT_EQ(client.state()->relocalisations, 1u);
+  EXPECT_TRUE(client.process().waitForOutput(" 20 deg at stamp "));
+  EXPECT_THAT(client.process().output(), HasSubstr("the pose is taken anew, the gains are kept"));
+  EXPECT_TRUE(diagnostics.waitForStatus("bs_car_odometry: Laser", diagnostic_msgs::DiagnosticStatus::WARN,
+                                        "the localiser jumped by "));
 }
 
 // --- C9: where the laser sits ----------------------------------------------------------------------------

@@ -114,7 +114,7 @@ TEST_F(ConsistencyTool, mistakesAreNamed) {
   EXPECT_THAT(errorOfRun({"--scenario", "fig4", "--rate", "0"}), HasSubstr("--rate must be"));
   EXPECT_THAT(errorOfRun({"--scenario", "fig4", "--draw-gains", "--no-draw-gains"}), HasSubstr("exclude"));
   EXPECT_THAT(errorOfRun({"--scenario", "fig4", "--csv", folder_.file("none/out.csv")}),
-              HasSubstr("cannot write"));
+              HasSubstr("none/out.csv cannot be written"));
   EXPECT_EQ(folder_.files(), 1u) << "nothing but the vehicle file is left behind";
 }
 

@@ -8,9 +8,6 @@
 
 #include <gmock/gmock.h>
 
-#include <sys/stat.h>
-#include <iterator>
-
 namespace bs_car_odometry::tools::testing {
 namespace {
 
@@ -18,11 +15,6 @@ namespace po = boost::program_options;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::internal::GetCapturedStderr;
-
-std::string textOf(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-}
 
 TEST(RunTool, returnsZeroWhenAllIsWell) {
   captureStderr();
@@ -122,42 +114,6 @@ TEST(LoadVehicle, settingsApplyLastAndWarningsAreShown) {
   EXPECT_EQ(wheel.scale(), 0.01);
   EXPECT_THAT(errorOf([&] { loadVehicle({file}, {"max_speed"}); }), HasSubstr("--set max_speed"));
   EXPECT_THROW(loadVehicle({file}, {"max_sped=1"}), ParameterError);
-}
-
-TEST(AtomicOutput, theFileAppearsOnlyWhenCommitted) {
-  const TemporaryFolder folder;
-  const std::string path = folder.write("out.bag", "old");
-  AtomicOutput output(path);
-  std::ofstream(output.temporaryPath()) << "new";
-  EXPECT_EQ(textOf(path), "old");
-  output.commit();
-  EXPECT_EQ(textOf(path), "new");
-  EXPECT_EQ(folder.files(), 1u);
-}
-
-TEST(AtomicOutput, whatIsNotCommittedLeavesNoTrace) {
-  const TemporaryFolder folder;
-  { const AtomicOutput output(folder.file("out.bag")); }
-  EXPECT_EQ(folder.files(), 0u);
-}
-
-TEST(AtomicOutput, theFileHasTheUsualPermissions) {
-  const TemporaryFolder folder;
-  const mode_t mask = ::umask(022);
-  AtomicOutput output(folder.file("out.bag"));
-  output.commit();
-  ::umask(mask);
-  struct stat status {};
-  ASSERT_EQ(::stat(folder.file("out.bag").c_str(), &status), 0);
-  EXPECT_EQ(status.st_mode & 0777, 0644u);
-}
-
-TEST(AtomicOutput, aFolderThatIsMissingAndOneInPlaceOfTheFileAreRefused) {
-  const TemporaryFolder folder;
-  EXPECT_THAT(errorOf([&] { AtomicOutput(folder.file("missing/out.bag")); }),
-              HasSubstr("No such file or directory"));
-  EXPECT_THAT(errorOf([&] { AtomicOutput(folder.file("")); }), HasSubstr("is not the name of a file"));
-  EXPECT_THAT(errorOf([&] { AtomicOutput("/tmp"); }), HasSubstr("not a regular file"));
 }
 
 TEST(Progress, isSilentUnlessStandardErrorIsATerminal) {

@@ -13,8 +13,9 @@ namespace bs_car_odometry::calibration {
 /// A laser pose that the calibration has taken.
 struct DriveLaser {
   LaserPose laser;
-  Pose2 guess;         ///< base_link in the map at that instant, as the filter has it: where a fit begins
-  bool jumped{false};  ///< the localiser has jumped since the pose before: no motion joins the two
+  Pose2 guess;           ///< base_link in the map at that instant, as the filter has it: where a fit begins
+  bool jumped{false};    ///< the localiser has jumped since the pose before: no motion joins the two
+  bool rejected{false};  ///< by the filter
 };
 
 /// The readings and laser poses of one drive, kept for fits that go through them several times. Readings

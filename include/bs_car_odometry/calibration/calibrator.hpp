@@ -48,6 +48,13 @@ struct CalibrationMemory {
   TimeSpan span{};
 };
 
+/// The localiser's map has moved under the car (docs/reliability.md, row C4).
+struct LocaliserJump {
+  Time stamp;            ///< of the first laser pose from the new place
+  double distance{0.0};  ///< [m] by which base_link is elsewhere than the wheels say
+  double turn{0.0};      ///< [rad], within +/- pi
+};
+
 /// One update of the filter, for plots and messages.
 struct CalibrationUpdate {
   Time stamp;  ///< of the laser pose
@@ -55,7 +62,8 @@ struct CalibrationUpdate {
   LaserPose laser;
   Innovation innovation;
   FilterEstimate estimate;
-  double distance{0.0};  ///< [m] since the beginning
+  double distance{0.0};               ///< [m] since the beginning
+  std::optional<LocaliserJump> jump;  ///< one that was followed with this update
 };
 
 /// The calibration over time: brings laser poses and steps together in order of stamps, whatever the order in
@@ -131,10 +139,11 @@ class Calibrator {
   void collectFix(const LaserPose& laser);
   void begin(std::size_t chosen, const std::vector<Pose2>& motions);
   void update(const LaserPose& laser);
-  void watchForJump(const LaserPose& laser, double lead, std::unique_ptr<Filter> before);
-  void adoptCandidate();
+  std::optional<LocaliserJump> watchForJump(const LaserPose& laser, double lead,
+                                            std::unique_ptr<Filter> before);
+  LocaliserJump adoptCandidate();
   void rehearse();
-  void report(const LaserPose& laser);
+  void report(const LaserPose& laser, const std::optional<LocaliserJump>& jump);
   Time effectiveTime(const LaserPose& laser) const;
 
   Parameters parameters_;
@@ -144,6 +153,7 @@ class Calibrator {
   std::optional<Rehearsal> rehearsal_;   ///< while the drive is young
   std::unique_ptr<Filter> before_jump_;  ///< while poses are rejected: without them,
   std::unique_ptr<Filter> candidate_;    ///< and begun anew at the first of those that agree
+  Time candidate_begin_;                 ///< stamp of that one
   int agreeing_{0};                      ///< poses that the candidate has taken
 
   std::deque<MeasuredStep> steps_;    ///< not yet gone through, in order and without a break

@@ -31,6 +31,7 @@ class JointFilter final : public Filter {
   using StateMatrix =
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMostStates, kMostStates>;
   using MeasurementJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMostStates>;
+  using Gain = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, kMostStates, 3>;
   using StateVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMostStates, 1>;
 
   struct State {

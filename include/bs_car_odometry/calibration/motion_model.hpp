@@ -10,8 +10,8 @@
 
 namespace bs_car_odometry::calibration {
 
-/// d(motion)/d(parameters that move the car).
-using MotionSensitivity = Eigen::Matrix<double, 3, kMotionCount>;
+/// d(motion)/d(parameters that move the car), row by row in memory like SystematicSensitivity.
+using MotionSensitivity = Eigen::Matrix<double, 3, kMotionCount, Eigen::RowMajor>;
 
 /// Motion of base_link over some steps, seen from where they begin, with everything that a filter or a fit
 /// needs of them (docs/calibration.md, 2).
@@ -20,11 +20,11 @@ struct MotionSegment {
   Eigen::Matrix3d noise{Eigen::Matrix3d::Zero()};  ///< covariance of motion (x, y, yaw) from the readings
   MotionSensitivity J{MotionSensitivity::Zero()};  ///< d motion / d parameters
   Eigen::Matrix<double, 3, 2> doubt{Eigen::Matrix<double, 3, 2>::Zero()};  ///< see SteeringDoubt
-  BodyMotion twist{BodyMotion::Zero()};  ///< of the last step [m/s, m/s, rad/s]
-  TrackNoise track_noise;
-  Evidence evidence;     ///< of the same readings
-  double distance{0.0};  ///< [m], path length
-  double duration{0.0};  ///< [s]
+  BodyMotion twist{BodyMotion::Zero()};  ///< over the last 0.06 s [m/s, m/s, rad/s]
+  TrackNoise track_noise;  ///< as if the errors were of the beginning: J_beginning() carries it to the end
+  Evidence evidence;       ///< of the same readings
+  double distance{0.0};    ///< [m], path length
+  double duration{0.0};    ///< [s]
 
   PendingReadings pending;  ///< not in the evidence yet
 
@@ -34,6 +34,14 @@ struct MotionSegment {
     next.twist = twist;
     next.pending = pending;
     return next;
+  }
+
+  /// F of the whole segment: derivative of its end with respect to its beginning.
+  Eigen::Matrix3d J_beginning() const {
+    PoseStep moved;
+    moved.dx = motion.x;
+    moved.dy = motion.y;
+    return moved.J_pose_pose();
   }
 
   /// Covariance of motion: that of the readings, and of angles that could not be trusted.
@@ -72,6 +80,7 @@ class MotionModel {
   OdometryConfiguration configuration_;  ///< with the present values
   Vehicle configured_;                   ///< with those that the readings were taken with
   ParameterVector values_;
+  PerWheel<double> gain_ratio_{{1.0, 1.0, 1.0, 1.0}};  ///< present gains over the configured ones
   OdometryModel model_;
   double comparison_length_;  ///< [m], of the readings that are compared with each other at once
 };

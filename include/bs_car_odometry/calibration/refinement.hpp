@@ -20,7 +20,14 @@ struct LaserScales {
   double yaw{1.0};
 };
 
+/// What a fit makes as small as it can (docs/calibration.md, 4.1 and 4.5).
+enum class Objective {
+  kLikelihood,  ///< what the noise model finds unlikely: the smallest errors of the gains where it holds
+  kPath,        ///< the drift of dead reckoning, from whatever causes: least squares of the positions
+};
+
 struct RefinementOptions {
+  Objective objective{Objective::kLikelihood};
   std::optional<ParameterVector> seed;  ///< where to begin; none: at the configured values
   LaserScales laser_scales;
   std::size_t most_poses{40000};  ///< of longer drives, every second, third ... laser pose is used
@@ -35,7 +42,9 @@ struct LaserResidual {
   double weight;             ///< below 1 where the pose was believed less than its R
 };
 
-/// Parameters and the pose at every laser stamp, fitted together (docs/calibration.md, C20 to C24).
+/// Parameters and the pose at every laser stamp, fitted together (docs/calibration.md, C20 to C24). With
+/// Objective::kPath values and covariance are those of (C29), (C30); what is not observed keeps its prior,
+/// and the residuals stay those of the likelihood.
 struct Refinement {
   ParameterVector values{ParameterVector::Zero()};
   ParameterMatrix covariance{ParameterMatrix::Zero()};  ///< zero for what is not estimated
@@ -61,11 +70,14 @@ Refinement refine(const Drives& drives, const Parameters& parameters, const Refi
 /// Where the filter and the refinement of one drive differ by more than their standard deviations.
 struct Disagreement {
   std::size_t parameter;
-  double difference;  ///< refined less filtered
+  double difference;  ///< refined less filtered, or path less likelihood
   double deviation;   ///< the larger one of the two standard deviations
 };
 
 /// Empty when all is well: both have used the same readings, so they differ by far less.
 std::vector<Disagreement> disagreements(const FilterEstimate& filter, const Refinement& refined);
+
+/// Where the two objectives differ by more than their standard deviations: drift that is not noise.
+std::vector<Disagreement> disagreements(const Refinement& likelihood, const Refinement& path);
 
 }  // namespace bs_car_odometry::calibration

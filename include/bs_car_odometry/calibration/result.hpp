@@ -16,6 +16,7 @@ struct DataUsed {
   double distance{0.0};  ///< [m]
   std::uint64_t laser_poses{0};
   std::uint64_t rejected{0};
+  std::string objective{};  ///< of the fit of all readings; empty: the filter alone. Not read back
 };
 
 /// What a calibration has found, and how well.

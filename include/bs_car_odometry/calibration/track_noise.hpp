@@ -22,8 +22,6 @@ struct TrackNoise {
   /// Covariance of a track's column.
   PerAxle<Eigen::Matrix3d> own{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
 
-  /// Carries all of it over a step, F M F^T.
-  void carry(const PoseStep& moved);
   /// All of it under a linear map of motion and columns.
   void transform(const Eigen::Matrix3d& A);
   TrackNoise& operator+=(const TrackNoise& other);

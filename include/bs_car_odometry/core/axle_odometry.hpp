@@ -53,6 +53,9 @@ class AxleOdometry {
   /// The same into an increment that exists: no copy in every step.
   void update(const StepReadings& readings, BodyIncrement& increment) const;
 
+  /// The motion of update() alone.
+  BodyMotion motion(const StepReadings& readings) const;
+
   /// The noise that update() sums up, source by source. Both axles' angles go by the path of this one, the
   /// only one that is known.
   StepNoise noiseSources(const StepReadings& readings) const;

@@ -12,7 +12,7 @@
 namespace bs_car_odometry {
 
 /// Watches over the sensors of a car: leaves out those that contradict the others, says what is wrong with
-/// them, and takes them back when they agree again (docs/model.md, section 9). A gross fault is seen in the
+/// them, and takes them back when they agree again (docs/model.md, 6.1). A gross fault is seen in the
 /// step that has it, before the step moves the car; a small one in what a tenth of a second, or a second,
 /// sums up to. Works with the fit of both axles; where only two wheels are read nothing is left over.
 class FaultMonitor {
@@ -66,7 +66,8 @@ class FaultMonitor {
   struct Inspection {
     ParameterEvidence evidence;  ///< with it, since it was last judged
     double found{0.0};           ///< deviation for which it was left out
-    int sound{0};                ///< times in succession that it was found to be sound
+    int sound{0};                ///< times in succession that it was found to be sound,
+    double first_angle{0.0};     ///< its reading when it was so first [rad]
   };
   /// Where an axle goes, by the motion of the car.
   struct Course {
@@ -82,6 +83,7 @@ class FaultMonitor {
   void startStretch();
   Suspects blame(const SensorTests& tests, const StepReadings& readings) const;
   BodyMotion judge(const StepReadings& stretch);
+  void reconsider(std::size_t suspect, double chi_square, const StepReadings& stretch);
   Eigen::Matrix3d guess(double length);
   void inspectSensors(const StepReadings& measured);
   void inspect(std::size_t sensor, const StepReadings& measured);

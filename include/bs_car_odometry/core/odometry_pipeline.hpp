@@ -159,7 +159,7 @@ class OdometryPipeline {
   bool isAmbiguous(Duration interval) const;
   void takeAnew(const WheelCounts& counts);
   void move(const WheelCounts& counts);
-  StepReadings read(const StepReadings& measured);
+  StepReadings read(const StepReadings& measured, bool seen);
   Eigen::Matrix3d watch(const StepReadings& measured, std::optional<Duration> interval);
   void leaveOutJumps(StepReadings& readings);
   StepReadings readingsUntil(const WheelCounts& counts);

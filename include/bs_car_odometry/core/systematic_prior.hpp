@@ -63,9 +63,11 @@ SystematicCovariance carriedOver(const SystematicRoot& before, const SystematicR
 Eigen::Matrix3d carryOver(const SystematicCovariance& M, SystematicSensitivity& sensitivity);
 
 /// Phi' = F Phi + G dt/da: sensitivity of the pose to the parameters after one more step.
-inline void advanceSensitivity(const PoseStep& step, const SystematicSensitivity& J_motion,
-                               SystematicSensitivity& sensitivity) {
-  const SystematicSensitivity& J = J_motion;  // row by row
+template <int Columns>
+inline void advanceSensitivity(const PoseStep& step,
+                               const Eigen::Matrix<double, 3, Columns, Eigen::RowMajor>& J_motion,
+                               Eigen::Matrix<double, 3, Columns, Eigen::RowMajor>& sensitivity) {
+  const auto& J = J_motion;  // row by row
   sensitivity.row(0) +=
       step.r * J.row(0) - step.s * J.row(1) + step.p * J.row(2) - step.dy * sensitivity.row(2);
   sensitivity.row(1) +=

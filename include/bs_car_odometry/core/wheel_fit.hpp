@@ -104,6 +104,9 @@ class WheelFit {
   /// The same into an increment that exists: no copy in every step.
   void update(const StepReadings& readings, BodyIncrement& increment) const;
 
+  /// The motion of update() alone.
+  BodyMotion motion(const StepReadings& readings) const;
+
   /// The noise that update() sums up, source by source.
   StepNoise noiseSources(const StepReadings& readings) const;
 

@@ -114,4 +114,7 @@ class CalibrationAdapter {
 /// One sentence on why a laser pose was dropped, with the remedy; empty for kAccepted.
 const char* explain(calibration::LaserVerdict verdict);
 
+/// One sentence on a jump that was followed: how far, when, what became of the calibration, and the remedy.
+std::string explain(const calibration::LocaliserJump& jump);
+
 }  // namespace bs_car_odometry

@@ -48,8 +48,8 @@ class CalibrationDiagnostics {
   /// Notes that a message was received.
   void noteWheels() { newest_wheels_ = ros::SteadyTime::now(); }
   void noteLaser() { newest_laser_ = ros::SteadyTime::now(); }
-  void note(const calibration::Innovation& innovation) { innovations_.add(innovation); }
-  void noteStart() { innovations_.clear(); }
+  void note(const calibration::CalibrationUpdate& update);
+  void noteStart();
   /// What keeps the result from being written; empty when nothing does.
   void noteOutput(std::string fault) { output_fault_ = std::move(fault); }
 
@@ -70,6 +70,8 @@ class CalibrationDiagnostics {
   InnovationMonitor innovations_;
   LaserInputCounts reported_;
   std::string output_fault_;
+  std::string jump_;  ///< the latest one of the localiser
+  bool jump_reported_{true};
 };
 
 }  // namespace bs_car_odometry

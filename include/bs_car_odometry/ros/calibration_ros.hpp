@@ -88,6 +88,7 @@ class CalibrationRos {
   bool paths_changed_{false};
   DropLog drop_log_;
   std::array<LogThrottle, static_cast<std::size_t>(calibration::LaserVerdict::kCount)> laser_log_;
+  LogThrottle jump_log_;
 };
 
 }  // namespace bs_car_odometry

@@ -46,6 +46,7 @@ class OdometryRos {
   bool isEarly(const ros::Time& stamp);
   /// Warns of wheels that were dropped when their turn came.
   void warnOfLateDrops();
+  void warnOfFaults(const SensorReport& sensors);
   void publishComplete(const ros::Time& now);
   void publishUpdates(const ros::Time& now);
   void publish(const OdometryUpdate& update);
@@ -80,6 +81,9 @@ class OdometryRos {
   LogThrottle restart_log_;
   LogThrottle state_log_;
   LogThrottle gap_log_;
+  LogThrottle fault_log_;
+  LogThrottle undetermined_log_;
+  std::uint64_t known_exclusions_{0};
   LogThrottle repair_log_;
   LogThrottle pose_set_log_;
   LogThrottle pose_refused_log_;

@@ -1,7 +1,9 @@
 #include "chain.hpp"
 
-#include <Eigen/Cholesky>
+#include "bs_car_odometry/calibration/planar.hpp"
 #include "bs_car_odometry/parameters/configuration.hpp"
+
+#include <Eigen/Cholesky>
 
 #include <optional>
 
@@ -13,20 +15,16 @@ namespace {
 /// rest has no noise, and would have infinite weight. A thousand links of it add up to less than 1 mm.
 constexpr double kMotionFloor = 1e-5;
 
-OdometryConfiguration configurationOf(const Parameters& parameters, const Vehicle& vehicle) {
-  OdometryConfiguration configuration = toConfiguration(parameters);
-  const PerWheel<double> metres_per_tick = configuration.vehicle.metres_per_tick;
-  configuration.vehicle = vehicle;
-  configuration.vehicle.metres_per_tick = metres_per_tick;
-  return configuration;
+OdometryModel modelAt(const ParameterVector& values, Parameters parameters) {
+  setValues(values, parameters);
+  return makeOdometryModel(toConfiguration(parameters));
 }
 
 /// What noise/wheel adds to the covariance of a motion, c^2 sum_i d_i J_i J_i^T over the wheels of each step.
 class WheelNoise {
  public:
-  WheelNoise(const Parameters& parameters, const Vehicle& vehicle)
-      : model_(makeOdometryModel(configurationOf(parameters, vehicle))),
-        variance_(parameters.noise.wheel.variance()) {}
+  WheelNoise(const Parameters& parameters, const ParameterVector& values)
+      : model_(modelAt(values, parameters)), variance_(parameters.noise.wheel.variance()) {}
 
   /// @param pose  where the step begins, in the frame of the covariance
   void extend(const StepReadings& readings, const Pose2& pose, Eigen::Matrix3d& covariance) const {
@@ -56,7 +54,7 @@ class ChainBuilder {
         delay_(durationFromSeconds(values[kTimeOffset])),
         model_(parameters) {
     model_.setValues(values);
-    if (options.wheel_covariance) wheel_noise_.emplace(parameters, model_.vehicle());
+    if (options.wheel_covariance) wheel_noise_.emplace(parameters, values);
     chain_.nodes.reserve(drive.lasers().size() / options.stride + 1);
   }
 
@@ -166,8 +164,7 @@ Eigen::Matrix3d scaled(const Eigen::Matrix3d& covariance, const LaserScales& sca
 }
 
 Eigen::Vector3d laserResidual(const Node& node, const ParameterVector& values) {
-  const Pose2 mount{values[kLaserX], values[kLaserY], values[kLaserYaw]};
-  const Pose2 expected = Pose2{node.pose.x(), node.pose.y(), node.pose.z()} * mount;
+  const Pose2 expected = Pose2{node.pose.x(), node.pose.y(), node.pose.z()} * mountOf(values);
   return node.measured - expected.vector();
 }
 

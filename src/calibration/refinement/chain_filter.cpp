@@ -1,23 +1,13 @@
 #include "chain_filter.hpp"
 
+#include "bs_car_odometry/calibration/planar.hpp"
+
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include <cmath>
 
 namespace bs_car_odometry::calibration {
-
-namespace {
-
-Eigen::Matrix3d rotation(double yaw) {
-  const double c = std::cos(yaw);
-  const double s = std::sin(yaw);
-  Eigen::Matrix3d R;
-  R << c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0;
-  return R;
-}
-
-}  // namespace
 
 ParameterPrior::ParameterPrior(const Parameters& parameters)
     : estimated(parametersToEstimate(parameters)),
@@ -85,9 +75,7 @@ void ChainFilter::takeEvidence(const Evidence& evidence) {
 /// [F, R J]: error of the pose after a link, by the errors of the pose before it and of the parameters.
 ChainFilter::Rows ChainFilter::motionJacobian(const Node& from, const Node& to) const {
   Rows T = Rows::Zero(3, n_);
-  T.leftCols<3>() = Eigen::Matrix3d::Identity();
-  T(0, 2) = from.pose.y() - to.pose.y();
-  T(1, 2) = to.pose.x() - from.pose.x();
+  T.leftCols<3>() = leverArm(to.pose.head<2>() - from.pose.head<2>());
   const MotionSensitivity J = rotation(from.pose.z()) * to.link.J;
   for (Eigen::Index k = 3; k < n_; ++k) {
     const Eigen::Index i = prior_.active[static_cast<std::size_t>(k - 3)];
@@ -114,7 +102,7 @@ ChainFilter::Rows ChainFilter::laserJacobian(const Node& node) const {
   const Eigen::Vector3d arm = R * Eigen::Vector3d(values_[kLaserX], values_[kLaserY], 0.0);
   const BodyMotion& v = node.twist;
   Rows H = Rows::Zero(3, n_);
-  H.leftCols<3>() << 1.0, 0.0, -arm.y(), 0.0, 1.0, arm.x(), 0.0, 0.0, 1.0;
+  H.leftCols<3>() = leverArm(arm.head<2>());
   for (Eigen::Index k = 3; k < n_; ++k) {
     const Eigen::Index i = prior_.active[static_cast<std::size_t>(k - 3)];
     if (i >= static_cast<Eigen::Index>(kLaserX) && i <= static_cast<Eigen::Index>(kLaserYaw))

@@ -20,10 +20,6 @@ constexpr double kNear = 1.0;          // standard deviations, below which slips
 constexpr double kPrecision = 1e-10;   // of the solver, relative change of the cost
 constexpr double kFirstRadius = 1e12;  // of its trust region: begins with a step of Gauss and Newton
 
-bool hasBounds(std::size_t parameter) {
-  return isGain(parameter) || parameter == kFrontScale || parameter == kRearScale;
-}
-
 template <int Begin, int Count>
 ceres::CostFunction* priorCost(const ParameterPrior& prior) {
   using Residual = PriorResidual<Begin, Count>;

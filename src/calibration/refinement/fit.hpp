@@ -13,6 +13,11 @@ namespace bs_car_odometry::calibration {
 /// leads to a place where motion is forgiven that was right: it comes in steps.
 enum class SlipPolicy { kNone, kSoft, kForgiven };
 
+/// Gains and scales stay within [kLeastGain, kLargestGain].
+inline bool hasBounds(std::size_t parameter) {
+  return isGain(parameter) || parameter == kFrontScale || parameter == kRearScale;
+}
+
 /// A refinement while it is being worked out: chains about the present values, solved and made anew in turn.
 class Fit {
  public:
@@ -24,6 +29,7 @@ class Fit {
   const ParameterPrior& prior() const { return prior_; }
   const ParameterVector& values() const { return values_; }
   bool converged() const { return converged_; }
+  const ChainOptions& chainOptions() const { return chain_options_; }
   Refinement result() const;
 
   /// The drives about the fit, each link with the share of the wheels' noise in it.

@@ -1,5 +1,6 @@
 #include "bs_car_odometry/calibration/leave_one_out.hpp"
 
+#include "bs_car_odometry/calibration/planar.hpp"
 #include "chain.hpp"
 
 namespace bs_car_odometry::calibration {
@@ -51,7 +52,7 @@ Drift endDrift(const CalibrationDrive& drive, const Parameters& parameters, cons
                const std::vector<LaserResidual>& residuals) {
   const std::vector<bool> use = trusted(drive.lasers().size(), residuals);
   const std::vector<Pose2> any_poses(drive.lasers().size());
-  const Pose2 from_laser = inverse(Pose2{values[kLaserX], values[kLaserY], values[kLaserYaw]});
+  const Pose2 from_laser = inverse(mountOf(values));
   Drift drift;
   Part part;
   for (const Node& node : makeChain(drive, parameters, values, any_poses, {}).nodes) {

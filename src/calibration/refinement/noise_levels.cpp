@@ -29,7 +29,7 @@ LaserSigma rootMeanSquare(const Drives& drives) {
 
 NoiseLevel level(double configured, double scale, double deviation, bool found) {
   const double value = configured * scale;
-  return {configured, value, value * deviation, found};
+  return {configured, value, found ? value * deviation : 0.0, found};
 }
 
 }  // namespace
@@ -55,6 +55,10 @@ NoiseLevels estimateNoise(const Drives& drives, const Parameters& parameters,
       logs[k] = found.found[static_cast<std::size_t>(k)] ? logs[k] + found.logs[k] : 0.0;
     const bool settled = (found.logs.array().abs() <= kSettled * found.deviations.array()).all();
     found.converged = found.converged && settled && fit.converged();
+  }
+  if (!found.converged) {  // where the search stood is no level, and may not be a number
+    logs.setZero();
+    found.found.fill(false);
   }
   const LaserSigma laser = rootMeanSquare(drives);
   NoiseLevels levels;

@@ -1,5 +1,6 @@
 #include "collect.hpp"
 
+#include "bs_car_odometry/calibration/planar.hpp"
 #include "bs_car_odometry/ros/conversions.hpp"
 #include "bs_car_odometry/ros/odometry_adapter.hpp"
 
@@ -98,7 +99,7 @@ void Collector::add(const geometry_msgs::PoseWithCovarianceStamped& message, con
 
 void Collector::setMount(const LaserMount& mount) {
   record_.mount_known = true;
-  const Pose2 base_in_laser = inverse(Pose2{mount.x, mount.y, mount.yaw});
+  const Pose2 base_in_laser = inverse(calibration::mountOf(mount));
   for (LaserSample& sample : record_.laser.samples()) sample.base = sample.base * base_in_laser;
 }
 

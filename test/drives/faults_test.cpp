@@ -1,0 +1,356 @@
+// Drives with a faulty sensor: it is named, left out and taken back, and the odometry goes on without it as
+// well as its covariance says (docs/reliability.md, rows E3, E7 to E9, S6).
+
+#include "cars.hpp"
+#include "damage.hpp"
+
+#include "bs_car_odometry/laboratory/chi_square.hpp"
+#include "bs_car_odometry/laboratory/error.hpp"
+#include "bs_car_odometry/laboratory/parallel.hpp"
+
+#include <gmock/gmock.h>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iostream>
+#include <optional>
+#include <tuple>
+
+namespace bs_car_odometry::drives {
+namespace {
+
+using laboratory::DriveSettings;
+using ::testing::Le;
+
+constexpr double kTick = 1e-4;      // m
+constexpr double kFault = 20.0;     // s, when a fault begins, in a turn of every scenario used
+constexpr double kNamedWithin = 1;  // s
+constexpr std::uint64_t kFirstSeed = 500;
+
+OdometryConfiguration odometryOf(const Vehicle& vehicle) {
+  OdometryConfiguration configuration;
+  configuration.vehicle = vehicle;
+  return configuration;
+}
+
+DriveSettings driveOf(const OdometryConfiguration& odometry, const char* scenario, std::uint64_t seed,
+                      double speed_factor = 1.0) {
+  DriveSettings settings;
+  settings.scenario = scenario;
+  settings.rate = 50.0;
+  settings.substep = 0.01;
+  settings.speed_factor = speed_factor;
+  settings.noise = odometry.noise;
+  settings.draw_gains = odometry.noise.systematic;
+  settings.seed = kFirstSeed + seed;
+  return settings;
+}
+
+/// What became of a drive.
+struct Outcome {
+  SensorReport sensors;                               ///< at its end
+  std::array<std::optional<double>, kSensors> named;  ///< [s] when each was first said to have its fault
+  OdometryEstimate estimate;
+  double distance{0.0};
+};
+
+Outcome run(const OdometryConfiguration& odometry, const std::vector<Sample>& drive) {
+  Outcome outcome;
+  laboratory::replay(odometry, drive, [&](const Sample& sample, const OdometryUpdate& update) {
+    outcome.sensors = update.report.sensors;
+    for (std::size_t i = 0; i < kSensors; ++i) {
+      const SensorFault fault = outcome.sensors.sensors[i].fault;
+      if (fault == SensorFault::kNone || fault == SensorFault::kUndecided) continue;
+      if (!outcome.named[i]) outcome.named[i] = sample.time;
+    }
+    outcome.estimate = update.estimate;
+    outcome.distance = update.report.distance;
+  });
+  return outcome;
+}
+
+/// The sensors that are left out at the end.
+std::vector<std::size_t> leftOut(const Outcome& outcome) {
+  std::vector<std::size_t> sensors;
+  for (std::size_t i = 0; i < kSensors; ++i)
+    if (outcome.sensors.sensors[i].fault != SensorFault::kNone) sensors.push_back(i);
+  return sensors;
+}
+
+double positionError(const Outcome& outcome, const std::vector<Sample>& drive) {
+  return laboratory::poseError(outcome.estimate, drive.back().truth).head<2>().norm();
+}
+
+double rootMeanSquare(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+// --- E7: an encoder is stuck -----------------------------------------------------------------------------
+
+class EachWheel : public ::testing::TestWithParam<Wheel> {};
+
+TEST_P(EachWheel, E7_frozen_counter_is_named_within_a_second) {
+  const OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
+  const std::size_t wheel = sensor(GetParam());
+  for (const double speed : {0.5, 1.0, 2.0, 5.0}) {  // the scenario is one of 1 m/s
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+      std::vector<Sample> drive = record(odometry.vehicle, driveOf(odometry, "slalom_eight", seed, speed));
+      scaleTravel(drive, GetParam(), 0.0, kFault);
+      const Outcome outcome = run(odometry, drive);
+      SCOPED_TRACE(::testing::Message() << speed << " m/s, seed " << seed);
+      ASSERT_TRUE(outcome.named[wheel]);
+      EXPECT_THAT(*outcome.named[wheel] - kFault, Le(kNamedWithin));
+      EXPECT_GT(*outcome.named[wheel], kFault);
+      EXPECT_THAT(leftOut(outcome), ::testing::ElementsAre(wheel));
+      EXPECT_EQ(outcome.sensors.sensors[wheel].fault, SensorFault::kStuck);
+    }
+  }
+}
+
+/// Noise only: what p(A) does to the pose is the same with three wheels and with four.
+TEST_P(EachWheel, E7_goes_on_with_three_wheels) {
+  constexpr std::size_t kDrives = 60;
+  OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
+  odometry.noise.systematic = {0.0, 0.0, 0.0, 0.0};
+  std::vector<double> healthy(kDrives);
+  std::vector<double> without(kDrives);
+  double nees = 0.0;
+  for (std::size_t i = 0; i < kDrives; ++i) {
+    DriveSettings settings = driveOf(odometry, "slalom_eight", i);
+    settings.duration = 100.0;  // at 1 m/s, and the wheel is out for all of it
+    std::vector<Sample> drive = record(odometry.vehicle, settings);
+    healthy[i] = positionError(run(odometry, drive), drive);
+    scaleTravel(drive, GetParam(), 0.0);
+    const Outcome outcome = run(odometry, drive);
+    without[i] = positionError(outcome, drive);
+    nees += laboratory::exponentialNees(outcome.estimate, drive.back().truth) / kDrives;
+  }
+  std::cout << name(GetParam()) << ": " << rootMeanSquare(without) << " m after 100 m, with it "
+            << rootMeanSquare(healthy) << " m, NEES " << nees << "\n";
+  EXPECT_LE(rootMeanSquare(without), 1.5 * rootMeanSquare(healthy));
+  EXPECT_TRUE(laboratory::meanInterval(3.0, kDrives).holds(nees)) << nees;
+}
+
+TEST_P(EachWheel, E7_is_taken_back_when_it_counts_again) {
+  const OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
+  std::vector<Sample> drive = record(odometry.vehicle, driveOf(odometry, "slalom_eight", 1));
+  scaleTravel(drive, GetParam(), 0.0, kFault, kFault + 10.0);
+  const Outcome outcome = run(odometry, drive);
+  EXPECT_TRUE(outcome.named[sensor(GetParam())]);
+  EXPECT_TRUE(leftOut(outcome).empty());
+  EXPECT_EQ(outcome.sensors.exclusions, 1u);
+}
+
+// --- E8: a wheel slips -----------------------------------------------------------------------------------
+
+/// A fifth too far for two seconds.
+TEST_P(EachWheel, E8_slip_is_named_and_the_covariance_bears_it) {
+  constexpr std::size_t kDrives = 200;
+  const OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
+  const std::size_t wheel = sensor(GetParam());
+  std::vector<double> nees(kDrives);
+  laboratory::runInParallel(kDrives, 0, [&](std::size_t i) {
+    DriveSettings settings = driveOf(odometry, "slalom_eight", i);
+    settings.duration = 30.0;  // (N1) holds as far as 0.1 rad (docs/model.md, 5.7)
+    std::vector<Sample> drive = record(odometry.vehicle, settings);
+    scaleTravel(drive, GetParam(), 1.2, kFault, kFault + 2.0);
+    const Outcome outcome = run(odometry, drive);
+    nees[i] = laboratory::exponentialNees(outcome.estimate, drive.back().truth);
+    EXPECT_TRUE(outcome.named[wheel] && *outcome.named[wheel] - kFault <= kNamedWithin) << "seed " << i;
+    EXPECT_TRUE(leftOut(outcome).empty()) << "taken back, seed " << i;
+  });
+  double mean = 0.0;
+  for (const double value : nees) mean += value / kDrives;
+  std::cout << name(GetParam()) << ": mean NEES " << mean << "\n";
+  EXPECT_TRUE(laboratory::meanInterval(3.0, kDrives).holds(mean)) << mean;
+}
+
+// --- E9: wrong sign, swapped wheels ----------------------------------------------------------------------
+
+TEST_P(EachWheel, E9_counter_that_runs_backwards_is_named) {
+  for (const Vehicle& vehicle :
+       {cycab(AxleGeometry::kAckermann, kTick), ordinaryCar(AxleGeometry::kAckermann)}) {
+    const OdometryConfiguration odometry = odometryOf(vehicle);
+    std::vector<Sample> drive = record(vehicle, driveOf(odometry, "slalom_eight", 2));
+    scaleTravel(drive, GetParam(), -1.0);
+    const Outcome outcome = run(odometry, drive);
+    EXPECT_THAT(leftOut(outcome), ::testing::ElementsAre(sensor(GetParam())));
+    EXPECT_EQ(outcome.sensors[GetParam()].fault, SensorFault::kReversed);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Wheels, EachWheel, ::testing::ValuesIn(kAllWheels),
+                         [](const auto& wheel) { return std::string(name(wheel.param)); });
+
+TEST(Faults, E9_swapped_wheels_are_named) {
+  for (const bool fixed_rear_axle : {true, false}) {
+    Vehicle vehicle = cycab(AxleGeometry::kAckermann, kTick);
+    if (fixed_rear_axle) vehicle.rear_steering.coefficients = {0.0};
+    OdometryConfiguration odometry = odometryOf(vehicle);
+    // Both wheels of a side differ by 8 % where this car turns most: the noise of a stretch must be less.
+    odometry.noise.wheel = Distribution(0.002);
+    for (std::size_t a = 0; a < kWheels; ++a)
+      for (std::size_t b = a + 1; b < kWheels; ++b) {
+        std::vector<Sample> drive = record(vehicle, driveOf(odometry, "slalom_eight", 3));
+        swapCounters(drive, kAllWheels[a], kAllWheels[b]);
+        const Outcome outcome = run(odometry, drive);
+        SCOPED_TRACE(::testing::Message()
+                     << "fixed rear axle " << fixed_rear_axle << ", wheels " << a << ", " << b);
+        // Where the rear wheels steer against the front ones, both wheels of a side roll alike.
+        if (!fixed_rear_axle && b == a + 2) {
+          EXPECT_EQ(outcome.sensors.exclusions, 0u);
+          continue;
+        }
+        EXPECT_THAT(leftOut(outcome), ::testing::ElementsAre(a, b));
+        EXPECT_EQ(outcome.sensors.sensors[a].fault, SensorFault::kSwapped);
+        EXPECT_EQ(outcome.sensors.sensors[b].fault, SensorFault::kSwapped);
+      }
+  }
+}
+
+// --- E3: jumps -------------------------------------------------------------------------------------------
+
+TEST(Faults, E3_one_percent_of_spikes_moves_the_end_by_less_than_one) {
+  OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
+  for (const double max_speed :
+       {5.0, 40.0}) {  // a small jump is no jump for a fast car, and a fault all the same
+    odometry.limits.max_speed = max_speed;
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+      std::vector<Sample> drive = record(odometry.vehicle, driveOf(odometry, "slalom_eight", seed));
+      const Outcome clean = run(odometry, drive);
+      addSpikes(drive, 0.01, seed);
+      OdometryPipeline pipeline(odometry);
+      Pose2 end;
+      for (const Sample& sample : drive) {
+        const Time stamp = laboratory::stampOf(sample);
+        pipeline.addSteering(Axle::kFront, stamp, stamp, sample.steering.front);
+        pipeline.addWheels({stamp, stamp, sample.ticks});
+        if (const auto update = pipeline.next(stamp)) end = update->estimate.pose;
+      }
+      EXPECT_LT((end.position() - clean.estimate.pose.position()).norm(), 0.01 * clean.distance)
+          << max_speed << " m/s, seed " << seed;
+    }
+  }
+}
+
+// --- steering --------------------------------------------------------------------------------------------
+
+TEST(Faults, S6_sensor_that_lies_is_told_from_a_wheel) {
+  const OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
+  const std::size_t steering = sensor(Axle::kFront);
+  for (const bool frozen : {true, false}) {
+    std::vector<Sample> drive = record(odometry.vehicle, driveOf(odometry, "slalom_eight", 4));
+    if (frozen) {
+      freezeAngle(drive, Axle::kFront, kFault);
+    } else {
+      offsetAngle(drive, Axle::kFront, 0.1, kFault);
+    }
+    const Outcome outcome = run(odometry, drive);
+    ASSERT_TRUE(outcome.named[steering]);
+    EXPECT_LE(*outcome.named[steering] - kFault, kNamedWithin);
+    EXPECT_THAT(leftOut(outcome), ::testing::ElementsAre(steering));
+    EXPECT_LT(laboratory::exponentialNees(outcome.estimate, drive.back().truth), 16.3) << "0.1 %";
+  }
+}
+
+/// Two sensors that err against each other: the fit weights them by what the wheels say.
+TEST(Faults, S6_axles_that_disagree_are_weighted) {
+  OdometryConfiguration odometry = odometryOf(cycabWithRearSensor(AxleGeometry::kAckermann));
+  for (double& metres : odometry.vehicle.metres_per_tick.values) metres = kTick;
+  DriveSettings settings = driveOf(odometry, "slalom_eight", 5);
+  settings.noise.reset();
+  settings.draw_gains.reset();
+  for (const double error : {0.01, -0.01}) {
+    const std::vector<Sample> sound = record(odometry.vehicle, settings);
+    std::vector<Sample> drive = sound;
+    offsetAngle(drive, Axle::kFront, error);
+    offsetAngle(drive, Axle::kRear, -error);
+    std::size_t i = 0;
+    laboratory::replay(odometry, drive, [&](const Sample&, const OdometryUpdate& update) {
+      const Eigen::Vector3d& v = update.estimate.twist;
+      if (i++ == 0) return;
+      for (const Axle axle : kAllAxles) {
+        const double angle = std::atan((v.y() + odometry.vehicle.axleX(axle) * v.z()) / v.x());
+        const double truth = 0.5 * (sound[i - 2].steering[axle] + sound[i - 1].steering[axle]);
+        ASSERT_NEAR(angle, truth, 0.01) << name(axle) << ", step " << i;
+      }
+    });
+  }
+}
+
+// --- dead from the start ---------------------------------------------------------------------------------
+
+/// The sensors of a car with an angle on each axle; the counter or angle of one never moves.
+class DeadFromTheStart : public ::testing::TestWithParam<std::size_t> {};
+
+TEST_P(DeadFromTheStart, E7_drift_is_what_the_covariance_predicts) {
+  constexpr std::size_t kDrives = 200;
+  OdometryConfiguration odometry = odometryOf(cycabWithRearSensor(AxleGeometry::kAckermann));
+  for (double& metres : odometry.vehicle.metres_per_tick.values) metres = kTick;
+  std::vector<double> error(kDrives);
+  std::vector<double> predicted(kDrives);
+  std::vector<double> nees(kDrives);
+  std::vector<int> named_alone(kDrives);
+  laboratory::runInParallel(kDrives, 0, [&](std::size_t i) {
+    DriveSettings settings = driveOf(odometry, "slalom_eight", i);
+    settings.duration = 30.0;
+    std::vector<Sample> drive = record(odometry.vehicle, settings);
+    if (isWheel(GetParam())) {
+      scaleTravel(drive, kAllWheels[GetParam()], 0.0);
+    } else {
+      freezeAngle(drive, kAllAxles[GetParam() - kWheels]);
+    }
+    const Outcome outcome = run(odometry, drive);
+    error[i] = positionError(outcome, drive);
+    predicted[i] = std::sqrt(outcome.estimate.pose_covariance.topLeftCorner<2, 2>().trace());
+    nees[i] = laboratory::exponentialNees(outcome.estimate, drive.back().truth);
+    named_alone[i] = leftOut(outcome) == std::vector<std::size_t>{GetParam()} ? 1 : 0;
+  });
+  const auto inside = [](double square) { return square < laboratory::sigmaRegions(3.0)[2]; };
+  const auto within = std::count_if(nees.begin(), nees.end(), inside);
+  std::cout << "sensor " << GetParam() << ": drift " << rootMeanSquare(error) << " m, predicted "
+            << rootMeanSquare(predicted) << " m, " << within << " of " << kDrives
+            << " inside 3 sigma, named alone in " << std::count(named_alone.begin(), named_alone.end(), 1)
+            << "\n";
+  EXPECT_LE(rootMeanSquare(error), 1.2 * rootMeanSquare(predicted));
+  // 99.7 %: fewer than 196 of 200 would come once in 300 times.
+  EXPECT_GE(within, 196);
+  // A drive in which a second one is left out as well must be an exception.
+  EXPECT_GE(std::count(named_alone.begin(), named_alone.end(), 1), 198);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sensors, DeadFromTheStart, ::testing::Range<std::size_t>(0, kSensors));
+
+// --- nothing is wrong ------------------------------------------------------------------------------------
+
+/// 24 hours at 10 Hz, in 144 drives with gains from p(A) that nobody has calibrated.
+TEST(Faults, E7_24_hours_without_a_false_alarm) {
+  constexpr std::size_t kDrives = 144;
+  const OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
+  const std::array<const char*, 4> scenarios{"slalom_eight", "fig4", "square_loop", "circle"};
+  std::array<std::uint64_t, kDrives> exclusions{};
+  std::array<double, kDrives> seconds{};
+  laboratory::runInParallel(kDrives, 0, [&](std::size_t i) {
+    DriveSettings settings =
+        driveOf(odometry, scenarios[i % scenarios.size()], 1000 + i, 0.5 + 0.5 * static_cast<double>(i % 5));
+    settings.rate = 10.0;
+    settings.substep = 0.05;
+    settings.duration = 600.0;
+    const std::vector<Sample> drive = record(odometry.vehicle, settings);
+    exclusions[i] = run(odometry, drive).sensors.exclusions;
+    seconds[i] = drive.back().time;
+  });
+  double total = 0.0;
+  for (std::size_t i = 0; i < kDrives; ++i) {
+    EXPECT_EQ(exclusions[i], 0u) << scenarios[i % scenarios.size()] << ", seed " << kFirstSeed + 1000 + i;
+    total += seconds[i];
+  }
+  EXPECT_NEAR(total, 24 * 3600.0, 1.0);
+}
+
+}  // namespace
+}  // namespace bs_car_odometry::drives
