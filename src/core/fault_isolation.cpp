@@ -18,7 +18,8 @@ constexpr double kExplained = 0.5;
 constexpr double kSeparation = 2.0;
 constexpr double kDegreesOfFreedom = 3.0;  // of six equations; what is left of chi-square in any case
 
-constexpr double kLeastTravel = 0.05;  // of a wheel's travel
+constexpr double kLeastTravel = 0.02;  // of a wheel's travel,
+constexpr double kLeastSlip = 0.01;    // [m] and of it: speeds below which a driver reads zero
 constexpr double kLeastAngle = 0.03;   // [rad]
 
 constexpr std::array<systematic::Index, kSensors> kParameterOf{
@@ -47,7 +48,7 @@ SensorTests testSensors(const ParameterEvidence& evidence, const SystematicCovar
   return tests;
 }
 
-Suspects suspects(const SensorTests& tests) {
+Suspects suspects(const SensorTests& tests, double length) {
   const auto left = [&](std::size_t i) {
     return std::max(tests.chi_square - tests.sensors[i].fall, kDegreesOfFreedom);
   };
@@ -57,7 +58,8 @@ Suspects suspects(const SensorTests& tests) {
   Suspects found;
   if (left(best) > (1.0 - kExplained) * tests.chi_square) return found;
   const auto add = [&](std::size_t i) {
-    if (tests.sensors[i].fall > kAlarm && std::abs(tests.sensors[i].deviation) > leastFault(i))
+    const double least = isWheel(i) ? std::max(leastFault(i), kLeastSlip / length) : leastFault(i);
+    if (tests.sensors[i].fall > kAlarm && std::abs(tests.sensors[i].deviation) > least)
       found.sensors[found.count++] = i;
   };
   add(best);

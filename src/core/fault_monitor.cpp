@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace bs_car_odometry {
@@ -35,6 +36,14 @@ void add(const ParameterEvidence& evidence, ParameterEvidence& sum) {
   sum.information += evidence.information;
   sum.gradient += evidence.gradient;
   sum.chi_square += evidence.chi_square;
+}
+
+/// [m] that the car goes, if a wheel of it may be wrong: the median of what they say.
+double lengthOf(const StepReadings& readings) {
+  std::array<double, kWheels> travels = readings.travel.values;
+  for (double& travel : travels) travel = std::abs(travel);
+  std::sort(travels.begin(), travels.end());
+  return 0.5 * (travels[1] + travels[2]);
 }
 
 SensorFault faultOf(double ratio) {
@@ -156,7 +165,7 @@ bool FaultMonitor::leaveOut(const Suspects& suspects, const SensorTests& tests) 
 bool FaultMonitor::contradicts(const StepReadings& readings, const FitResiduals& residuals) {
   if (!enabled_ || !(residuals.chi_square > kStepAlarm)) return false;
   const SensorTests tests = testSensors(fit_.evidence(readings), prior_);
-  const Suspects found = blame(tests, readings);
+  const Suspects found = blame(tests, readings, lengthOf(readings));
   if (!leaveOut(found, tests)) return false;
   for (std::size_t i = 0; i < found.count; ++i) describe(found.sensors[i], readings, SensorTest());
   return true;
@@ -164,10 +173,18 @@ bool FaultMonitor::contradicts(const StepReadings& readings, const FitResiduals&
 
 // --- small ones, over a stretch --------------------------------------------------------------------------
 
-void FaultMonitor::Window::add(const ParameterEvidence& newest) {
-  if (count == kStretches) std::move(evidence.begin() + 1, evidence.end(), evidence.begin());
+void FaultMonitor::Window::add(const ParameterEvidence& newest, double length) {
+  if (count == kStretches) {
+    std::move(evidence.begin() + 1, evidence.end(), evidence.begin());
+    std::move(lengths.begin() + 1, lengths.end(), lengths.begin());
+  }
   count = std::min(count + 1, kStretches);
   evidence[count - 1] = newest;
+  lengths[count - 1] = length;
+}
+
+double FaultMonitor::Window::sumOfLengths() const {
+  return std::accumulate(lengths.begin(), lengths.begin() + static_cast<std::ptrdiff_t>(count), 0.0);
 }
 
 ParameterEvidence FaultMonitor::Window::sum() const {
@@ -226,8 +243,8 @@ void FaultMonitor::follow(const BodyIncrement& increment, double interval) {
 }
 
 /// The suspects, or a pair of wheels that have each other's counters when that explains more.
-Suspects FaultMonitor::blame(const SensorTests& tests, const StepReadings& readings) const {
-  Suspects found = suspects(tests);
+Suspects FaultMonitor::blame(const SensorTests& tests, const StepReadings& readings, double length) const {
+  Suspects found = suspects(tests, length);
   if (found.count == 0 && tests.chi_square < kSwapAlarm) return found;
   double least = found.count > 0 ? tests.chi_square - tests.sensors[found.sensors[0]].fall
                                  : kSwapExplained * tests.chi_square;
@@ -250,13 +267,14 @@ Suspects FaultMonitor::blame(const SensorTests& tests, const StepReadings& readi
 BodyMotion FaultMonitor::judge(const StepReadings& stretch) {
   report_.determined = true;
   const StepReadings readings = trusted(stretch);
-  window_.add(fit_.evidence(readings));
+  const double length = lengthOf(readings);
+  window_.add(fit_.evidence(readings), length);
   SensorTests tests = testSensors(window_.newest(), prior_);
-  Suspects found = blame(tests, readings);
+  Suspects found = blame(tests, readings, length);
   const bool found_at_once = found.count > 0;
   if (!found_at_once) {
     tests = testSensors(window_.sum(), prior_);
-    found = suspects(tests);
+    found = suspects(tests, window_.sumOfLengths());
   }
   if (found.count == 0) return BodyMotion::Zero();
   // A wheel's fault is found in the stretch that it begins in; an angle's may have grown over the window.

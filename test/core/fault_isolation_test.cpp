@@ -15,7 +15,7 @@ namespace {
 using namespace test_support;
 
 constexpr std::size_t kRearRightSensor = sensor(Wheel::kRearRight);
-
+constexpr double kLength = 1.0;  // m; beyond the least slip
 /// The step of T15 with an error of the right rear wheel [m]; a gain of 1 moves a wheel by a metre, an offset
 /// an axle.
 ParameterEvidence evidenceOfT15(double slip) {
@@ -56,9 +56,9 @@ TEST(FaultIsolation, FallsAreTheNormalisedResidualsOfT15) {
 
 /// Deviations in units of a metre, so that 8 mm are nothing, and 80 are a fault.
 TEST(FaultIsolation, SuspectsTheWheelThatSlips) {
-  EXPECT_EQ(suspects(testSensors(evidenceOfT15(0.008), SystematicCovariance::Zero())).count, 0u)
+  EXPECT_EQ(suspects(testSensors(evidenceOfT15(0.008), SystematicCovariance::Zero()), kLength).count, 0u)
       << "39 is not beyond doubt in a day";
-  const Suspects found = suspects(testSensors(evidenceOfT15(0.08), SystematicCovariance::Zero()));
+  const Suspects found = suspects(testSensors(evidenceOfT15(0.08), SystematicCovariance::Zero()), kLength);
   ASSERT_EQ(found.count, 1u);
   EXPECT_EQ(found.sensors[0], kRearRightSensor);
 }
@@ -70,7 +70,7 @@ TEST(FaultIsolation, WhatTheParametersAllowIsNoFault) {
   const SensorTests tests = testSensors(evidence, prior);
   // One standard deviation beside the noise of a millimetre.
   EXPECT_NEAR(tests.sensors[kRearRightSensor].fall, 1.0, 0.001);
-  EXPECT_EQ(suspects(tests).count, 0u);
+  EXPECT_EQ(suspects(tests, kLength).count, 0u);
 }
 
 /// A dense computation of (F1): readings whose parameters have been integrated out.
@@ -88,15 +88,18 @@ TEST(FaultIsolation, WhatNoSensorExplainsIsNobodysFault) {
   SensorTests tests;
   tests.chi_square = 1000.0;
   for (SensorTest& test : tests.sensors) test = {0.2, 0.01, 400.0};
-  EXPECT_EQ(suspects(tests).count, 0u);
+  EXPECT_EQ(suspects(tests, kLength).count, 0u);
   tests.sensors[2].fall = 900.0;
-  EXPECT_EQ(suspects(tests).count, 1u);
+  EXPECT_EQ(suspects(tests, kLength).count, 1u);
   tests.sensors[4].fall = 850.0;
-  const Suspects two = suspects(tests);
+  const Suspects two = suspects(tests, kLength);
   ASSERT_EQ(two.count, 2u) << "which of them is not known";
   EXPECT_EQ(two.sensors[0], 2u) << "the likelier first";
   tests.sensors[2].deviation = tests.sensors[4].deviation = 0.01;
-  EXPECT_EQ(suspects(tests).count, 0u) << "too little to be a fault";
+  EXPECT_EQ(suspects(tests, kLength).count, 0u) << "too little to be a fault";
+  tests.sensors[2].deviation = 0.2;
+  EXPECT_EQ(suspects(tests, kLength).count, 1u);
+  EXPECT_EQ(suspects(tests, 0.01).count, 0u) << "2 mm of a centimetre";
 }
 
 }  // namespace

@@ -31,7 +31,8 @@ struct Suspects {
   std::array<std::size_t, kSensors> sensors{};
   std::size_t count{0};
 };
-Suspects suspects(const SensorTests& tests);
+/// @param length  that the readings are of [m]
+Suspects suspects(const SensorTests& tests, double length);
 
 /// A deviation below this is no fault whatever its significance: cars depart so far from their models.
 double leastFault(std::size_t sensor);

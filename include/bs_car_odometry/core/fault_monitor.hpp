@@ -57,10 +57,12 @@ class FaultMonitor {
   struct Window {
     static constexpr std::size_t kStretches = 10;
     std::array<ParameterEvidence, kStretches> evidence;
+    std::array<double, kStretches> lengths;  ///< [m]
     std::size_t count{0};
-    void add(const ParameterEvidence& newest);
+    void add(const ParameterEvidence& newest, double length);
     const ParameterEvidence& newest() const { return evidence[count - 1]; }
     ParameterEvidence sum() const;
+    double sumOfLengths() const;
   };
   /// Of a sensor that is left out.
   struct Inspection {
@@ -81,7 +83,7 @@ class FaultMonitor {
   bool leaveOut(const Suspects& suspects, const SensorTests& tests);
   void follow(const BodyIncrement& increment, double interval);
   void startStretch();
-  Suspects blame(const SensorTests& tests, const StepReadings& readings) const;
+  Suspects blame(const SensorTests& tests, const StepReadings& readings, double length) const;
   BodyMotion judge(const StepReadings& stretch);
   void reconsider(std::size_t suspect, double chi_square, const StepReadings& stretch);
   Eigen::Matrix3d guess(double length);
