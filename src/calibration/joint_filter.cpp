@@ -149,10 +149,10 @@ void JointFilter::takeEvidence(State& state) const {
   const StateMatrix PB = state.P.rightCols(n) * B;
   const StateMatrix S = StateMatrix::Identity(n, n) + B.transpose() * PB.bottomRows(n);
   const StateMatrix K = S.llt().solve(PB.transpose()).transpose();
-  // (I - K B^T) P (I - K B^T)^T + K K^T, whose products with I are left out.
-  const StateMatrix reduced = state.P - K * PB.transpose();
-  const StateMatrix rest = K - reduced.rightCols(n) * B;
-  state.P = reduced + rest * K.transpose();
+  StateMatrix I_KB = StateMatrix::Identity(3 + n, 3 + n);
+  I_KB.rightCols(n) -= K * B.transpose();
+  // Joseph form, see correct().
+  state.P = I_KB * state.P * I_KB.transpose() + K * K.transpose();
   shift(state.P * gradient, state);
 }
 
@@ -238,11 +238,11 @@ bool JointFilter::correct(const State& state, const MeasurementJacobian& H,
   if (!S.allFinite() || factors.info() != Eigen::Success) return false;
   const Gain K = factors.solve(HP).transpose();
   const StateVector change = K * innovation.residual;
-  // Joseph form, (I - K H) P (I - K H)^T + K R K^T, whose products with I are left out. Three columns are too
-  // few for the blocked products that Eigen would take (lazyProduct).
-  const StateMatrix reduced = state.P - K.lazyProduct(HP);
-  const Gain rest = K.lazyProduct(R) - reduced.lazyProduct(H.transpose());
-  StateMatrix P = reduced + rest.lazyProduct(K.transpose());
+  // Joseph form, as two products that cannot be negative: multiplied out, differences of large numbers take
+  // their place, and a covariance of the laser far below P leaves none that is positive semidefinite.
+  const StateMatrix I_KH = StateMatrix::Identity(state.P.rows(), state.P.cols()) - K.lazyProduct(H);
+  const Gain KR = K.lazyProduct(R);
+  StateMatrix P = I_KH * state.P * I_KH.transpose() + KR.lazyProduct(K.transpose());
   if (!change.allFinite() || !P.allFinite()) return false;
   P = 0.5 * (P + P.transpose().eval());
   for (Eigen::Index i = 0; i < 3; ++i)

@@ -1,5 +1,6 @@
 #include "bs_car_odometry/laboratory/calibration_drive.hpp"
 
+#include "bs_car_odometry/calibration/odometry_for_calibration.hpp"
 #include "bs_car_odometry/calibration/planar.hpp"
 #include "bs_car_odometry/parameters/configuration.hpp"
 #include "bs_car_odometry/simulation/random.hpp"
@@ -76,9 +77,8 @@ std::vector<calibration::LaserPose> laserPoses(const KnownDrive& drive, const La
 }
 
 std::vector<OdometryUpdate> odometryOf(const Parameters& configured, const std::vector<Sample>& samples) {
-  OdometryConfiguration configuration = toConfiguration(configured);
-  configuration.options.uncertainty = Uncertainty::kFirstOrder;
-  configuration.relative_motion.history = Duration::zero();
+  const OdometryConfiguration configuration =
+      toConfiguration(calibration::odometryForCalibration(configured));
   std::vector<OdometryUpdate> updates;
   updates.reserve(samples.size());
   replay(configuration, samples,

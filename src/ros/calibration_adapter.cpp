@@ -1,5 +1,7 @@
 #include "bs_car_odometry/ros/calibration_adapter.hpp"
 
+#include "bs_car_odometry/calibration/odometry_for_calibration.hpp"
+
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -12,21 +14,10 @@ using calibration::Calibrator;
 using calibration::LaserPose;
 using calibration::LaserVerdict;
 
-namespace {
-
-/// Nobody asks a calibration for relative motions or for the odometry's covariance; and a wheel that is left
-/// out because its gain is wrong would never be calibrated.
-Parameters forOdometry(Parameters parameters) {
-  parameters.relative_motion.history = Duration::zero();
-  parameters.odometry.uncertainty = Uncertainty::kFirstOrder;
-  parameters.odometry.fault_detection = false;
-  return parameters;
-}
-
-}  // namespace
-
 CalibrationAdapter::CalibrationAdapter(const Parameters& parameters)
-    : parameters_(parameters), odometry_(forOdometry(parameters)), reader_(parameters) {
+    : parameters_(parameters),
+      odometry_(calibration::odometryForCalibration(parameters)),
+      reader_(parameters) {
   if (!parameters.laser.frame.empty())
     mount_finder_ = std::make_unique<LaserMountFinder>(parameters.base_frame, parameters.laser.frame);
   makeCalibrator();

@@ -1,5 +1,6 @@
 #include "calibration_bags.hpp"
 
+#include "bag_messages.hpp"
 #include "calibrate.hpp"
 #include "input_topics.hpp"
 
@@ -31,8 +32,7 @@ class BagFilter {
         listener_(listener),
         adapter_(options.parameters),
         inputs_(options.parameters, options.topics),
-        topics_(options.parameters, options.topics),
-        feed_(options.topics) {
+        topics_(options.parameters, options.topics) {
     topics_.require("laser_pose", "geometry_msgs/PoseWithCovarianceStamped");
     adapter_.setListener([this](const CalibrationUpdate& update) { hear(update); });
   }
@@ -115,10 +115,11 @@ class BagFilter {
     const double begin = view.getBeginTime().toSec();
     const double duration = view.getEndTime().toSec() - begin;
     readMessages(options_.bags[bag], [&] {
-      for (const rosbag::MessageInstance& message : view) {
-        advance(message.getTime());
-        give(message);
-        const double done = message.getTime().toSec() - begin;
+      BagMessages messages(view, options_.topics);
+      while (const BagMessage* message = messages.next()) {
+        advance(message->receipt);
+        give(*message);
+        const double done = message->receipt.toSec() - begin;
         progress.update(static_cast<double>(bag) + (duration > 0.0 ? done / duration : 0.0));
       }
     });
@@ -138,12 +139,12 @@ class BagFilter {
     }
   }
 
-  void give(const rosbag::MessageInstance& message) {
-    if (feed_.feed(message, adapter_)) {
-      advance(message.getTime());
-    } else if (const auto pose = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
-      adapter_.add(*pose, message.getTime());
-    }
+  void give(const BagMessage& message) {
+    if (giveInput(message, adapter_))
+      advance(message.receipt);
+    else if (const auto* pose =
+                 std::get_if<geometry_msgs::PoseWithCovarianceStampedConstPtr>(&message.content))
+      adapter_.add(**pose, message.receipt);
   }
 
   void hear(const CalibrationUpdate& update) {
@@ -210,7 +211,6 @@ class BagFilter {
   CalibrationAdapter adapter_;
   InputTopics inputs_;  ///< of the odometry
   InputTopics topics_;  ///< with the laser's poses
-  InputFeed feed_;
   std::vector<std::unique_ptr<rosbag::Bag>> bags_;
   DriveRecorder recorder_;
   std::vector<MeasuredStep> taped_run_;

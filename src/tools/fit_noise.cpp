@@ -11,6 +11,7 @@
 namespace {
 
 using namespace bs_car_odometry::tools;
+namespace calibration = bs_car_odometry::calibration;
 
 std::vector<RecordedRun> readRuns(const FitNoiseOptions& options) {
   std::vector<RecordedRun> runs;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bag_messages.hpp"
 #include "bs_car_odometry/core/se2.hpp"
 #include "bs_car_odometry/core/time.hpp"
 #include "bs_car_odometry/parameters/parameters.hpp"
@@ -15,12 +16,6 @@
 #include <vector>
 
 namespace bs_car_odometry::tools {
-
-/// A reading of one axle.
-struct AxleReading {
-  Axle axle;
-  SteeringAngle message;
-};
 
 /// One input of the odometry, with the time of its receipt.
 struct InputMessage {

@@ -1,5 +1,6 @@
 #include "replay.hpp"
 
+#include "bag_messages.hpp"
 #include "bag_writer.hpp"
 #include "input_topics.hpp"
 #include "tum_writer.hpp"
@@ -72,13 +73,13 @@ class ReplayOutput {
 
 /// Gives a recorded message to the adapter: an input, or a pose that was set or a calibration that was
 /// accepted during the drive.
-void feed(const rosbag::MessageInstance& message, InputFeed& inputs, OdometryAdapter& adapter) {
-  if (inputs.feed(message, adapter)) return;
-  if (const auto pose = message.instantiate<geometry_msgs::PoseWithCovarianceStamped>()) {
-    const std::string refused = adapter.setPose(*pose);
+void give(const BagMessage& message, OdometryAdapter& adapter) {
+  if (giveInput(message, adapter)) return;
+  if (const auto* pose = std::get_if<geometry_msgs::PoseWithCovarianceStampedConstPtr>(&message.content)) {
+    const std::string refused = adapter.setPose(**pose);
     if (!refused.empty()) warn("set_pose refused: " + refused);
-  } else if (const auto calibration = message.instantiate<CalibrationState>()) {
-    const std::string refused = adapter.add(*calibration);
+  } else if (const auto* calibration = std::get_if<CalibrationStateConstPtr>(&message.content)) {
+    const std::string refused = adapter.add(**calibration);
     if (!refused.empty()) warn("message on calibration refused: " + refused);
   }
 }
@@ -125,16 +126,16 @@ void replay(const Parameters& parameters, const TopicNames& topics, const Replay
   const InputTopics inputs(parameters, topics);
   requireTopics(*bag, files.input, inputs.required());
   ReplayOutput output(files, parameters, adapter.frames());
-  InputFeed input(topics);
 
   rosbag::View view(*bag, query(inputs, topics, parameters.accept_calibration));
   Progress progress("replay", static_cast<double>(view.size()));
   double done = 0.0;
   readMessages(files.input, [&] {
-    for (const rosbag::MessageInstance& message : view) {
-      writeComplete(adapter, message.getTime(), output);
-      feed(message, input, adapter);
-      writeComplete(adapter, message.getTime(), output);
+    BagMessages messages(view, topics);
+    while (const BagMessage* message = messages.next()) {
+      writeComplete(adapter, message->receipt, output);
+      give(*message, adapter);
+      writeComplete(adapter, message->receipt, output);
       progress.update(++done);
     }
   });

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "bs_car_odometry/calibration/calibrator.hpp"
+#include "bs_car_odometry/calibration/odometry_for_calibration.hpp"
 #include "bs_car_odometry/laboratory/calibration_drive.hpp"
 #include "bs_car_odometry/parameters/configuration.hpp"
 
@@ -36,7 +37,7 @@ inline void calibrate(Calibrator& calibrator, const Parameters& parameters,
                       std::size_t delay = 0,
                       const std::function<void(const OdometryUpdate&)>& listener = {}) {
   constexpr std::size_t kEvery = laboratory::kLaserEvery;
-  OdometryPipeline pipeline(toConfiguration(parameters));
+  OdometryPipeline pipeline(toConfiguration(odometryForCalibration(parameters)));
   for (std::size_t i = 0; i < drive.size(); ++i) {
     const Time stamp = laboratory::stampOf(drive[i]);
     for (const Axle axle : kAllAxles)

@@ -1,5 +1,8 @@
 #include "car_with_laser.hpp"
 
+#include "bs_car_odometry/calibration/odometry_for_calibration.hpp"
+#include "bs_car_odometry/parameters/configuration.hpp"
+
 #include <cmath>
 #include <utility>
 
@@ -8,10 +11,6 @@ namespace bs_car_odometry::calibration {
 namespace {
 
 constexpr Time kStart = timeFromNanoseconds(1600000000000000000);
-
-OdometryConfiguration odometryOf(const Parameters& p) {
-  return {p.vehicle, p.noise, p.odometry, p.limits, p.initial_pose, RelativeMotionOptions{Duration::zero()}};
-}
 
 simulation::SimulationOptions optionsOf(const CarSettings& settings) {
   simulation::SimulationOptions options;
@@ -47,7 +46,7 @@ CarWithLaser::CarWithLaser(const CarSettings& settings)
       car_(settings.parameters.vehicle, truth_,
            settings.noise ? std::optional<NoiseModel>(settings.parameters.noise) : std::nullopt,
            settings.scenario, optionsOf(settings)),
-      pipeline_(odometryOf(settings.parameters)) {}
+      pipeline_(toConfiguration(odometryForCalibration(settings.parameters))) {}
 
 void CarWithLaser::driveUntil(double time, Calibrator& calibrator) {
   for (; next_step_ / settings_.rate <= time; ++next_step_) {

@@ -3,6 +3,7 @@
 #include "calibration_drive.hpp"
 
 #include "bs_car_odometry/calibration/motion_model.hpp"
+#include "bs_car_odometry/calibration/odometry_for_calibration.hpp"
 
 #include <gmock/gmock.h>
 
@@ -51,7 +52,7 @@ std::vector<MeasuredStep> exactSteps(Parameters parameters, const Vehicle& car, 
   settings.scenario = "slalom_eight";
   settings.rate = 50.0;
   settings.duration = duration;
-  OdometryPipeline pipeline(toConfiguration(parameters));
+  OdometryPipeline pipeline(toConfiguration(odometryForCalibration(parameters)));
   std::vector<MeasuredStep> steps;
   for (const laboratory::Sample& sample : laboratory::record(truth, settings)) {
     const OdometryUpdate update = laboratory::step(pipeline, sample);

@@ -1,6 +1,7 @@
 #include "simulated_calibration.hpp"
 
 #include "bs_car_odometry/calibration/drive_bound.hpp"
+#include "bs_car_odometry/calibration/odometry_for_calibration.hpp"
 #include "bs_car_odometry/calibration/planar.hpp"
 #include "bs_car_odometry/parameters/configuration.hpp"
 #include "bs_car_odometry/simulation/random.hpp"
@@ -123,7 +124,7 @@ ParameterVector boundOf(const std::string& scenario, const Parameters& parameter
   const Eigen::Vector3d sigma(parameters.laser_sigma.position, parameters.laser_sigma.position,
                               parameters.laser_sigma.yaw);
   const Eigen::Matrix3d R = sigma.cwiseAbs2().asDiagonal();
-  OdometryPipeline pipeline(toConfiguration(parameters));
+  OdometryPipeline pipeline(toConfiguration(odometryForCalibration(parameters)));
   std::size_t i = 0;
   for (const laboratory::Sample& sample : laboratory::record(parameters.vehicle, settings)) {
     const OdometryUpdate update = laboratory::step(pipeline, sample);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "bs_car_odometry/calibration/filter.hpp"
+#include "bs_car_odometry/calibration/odometry_for_calibration.hpp"
 #include "bs_car_odometry/laboratory/drive.hpp"
 #include "bs_car_odometry/parameters/configuration.hpp"
 #include "bs_car_odometry/simulation/simulated_car.hpp"
@@ -43,7 +44,7 @@ inline std::vector<Leg> drive(const Parameters& p, const simulation::TrueParamet
   const simulation::Scenario path = simulation::makeScenario(scenario, p.vehicle);
   simulation::SimulatedCar car(p.vehicle, truth, noise ? std::optional<NoiseModel>(p.noise) : std::nullopt,
                                path, options);
-  OdometryPipeline pipeline(toConfiguration(p));
+  OdometryPipeline pipeline(toConfiguration(odometryForCalibration(p)));
   const double position = noise ? p.laser_sigma.position : 0.0;
   const double yaw = noise ? p.laser_sigma.yaw : 0.0;
   const Eigen::Vector3d sigma(p.laser_sigma.position, p.laser_sigma.position, p.laser_sigma.yaw);

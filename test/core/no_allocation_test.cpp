@@ -1,6 +1,7 @@
 // No step allocates memory: operator new is counted here, and Eigen's own allocations abort.
 #include "vehicles.hpp"
 
+#include "bs_car_odometry/core/fault_monitor.hpp"
 #include "bs_car_odometry/core/motion_history.hpp"
 #include "bs_car_odometry/core/odometry_estimator.hpp"
 #include "bs_car_odometry/core/steering_buffer.hpp"
@@ -55,6 +56,34 @@ TEST(NoAllocation, TheWatchForbidsEigenOne) {
         std::exit(vector.size() == 100 ? 0 : 1);
       },
       "heap allocation is forbidden");
+}
+
+/// A wheel that sticks is found, left out, watched and taken back.
+TEST(NoAllocation, StepsWithAFaultyWheel) {
+  constexpr Duration kPeriod = std::chrono::milliseconds(20);
+  OdometryConfiguration configuration;
+  configuration.vehicle = cycab();
+  OdometryEstimator estimator(configuration);
+  FaultMonitor monitor(configuration);
+  const StepReadings sound = consistentReadings(configuration.vehicle, 0.05, {0.2, -0.2});
+  StepReadings stuck = sound;
+  stuck.travel[Wheel::kRearLeft] = 0.0;
+  {
+    const AllocationWatch watch;
+    for (int i = 0; i < 200; ++i) {
+      const StepReadings& measured = i >= 50 && i < 100 ? stuck : sound;
+      StepReadings readings = monitor.trusted(measured);
+      if (monitor.contradicts(readings, estimator.read(readings))) {
+        readings = monitor.trusted(measured);
+        estimator.read(readings);
+      }
+      estimator.move(readings, kPeriod);
+      monitor.add(measured, estimator.lastIncrement(), kPeriod);
+    }
+    EXPECT_EQ(watch.count(), 0u);
+  }
+  EXPECT_EQ(monitor.report().exclusions, 1u);
+  EXPECT_FALSE(monitor.leavesOut(Wheel::kRearLeft));
 }
 
 TEST(NoAllocation, StepOfTheEstimator) {

@@ -111,7 +111,7 @@ class Car:
         self._convert = recording["csv_to_bag"]
         self._vehicle = HERE / recording["vehicle"]
         self._settings = {"noise/wheel": described["settings"]["noise/wheel"]}
-        self._calibration = evaluate_calibration.Group(name, described, data, tools, folder).calibrate("both")
+        self._calibration = evaluate_calibration.Group(name, described, data, tools, folder).calibrate("both", "path")
         self.runs = [data / described["recording"] / run for run in described["runs"]]
 
     def drive(self, run, wheels=None):

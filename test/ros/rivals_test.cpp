@@ -72,7 +72,8 @@ TEST_F(Rivals, E10_the_first_publisher_is_kept) {
   ASSERT_TRUE(from && to);
   EXPECT_NEAR(std::hypot(to->pose.pose.position.x - from->pose.pose.position.x,
                          to->pose.pose.position.y - from->pose.pose.position.y),
-              0.01, 1e-9);
+              0.01, 1e-5)
+      << "a thousandth: the rival's wheels contradicted its angle, and sensors may still be doubted";
 }
 
 TEST_F(Rivals, O8_a_foreign_transform_of_the_base_is_warned_of) {
