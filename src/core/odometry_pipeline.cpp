@@ -174,10 +174,20 @@ PerWheel<double> OdometryPipeline::travels(const WheelCounts& from, const WheelC
   return travels;
 }
 
+/// How far anything of the car can have come [m].
+double OdometryPipeline::longestStep(Duration interval) const {
+  return configuration_.limits.max_speed * (kPlausibleExcess * toSeconds(interval) + kStampJitter);
+}
+
+/// Of what was read last. Wheels that contradict each other and the angles can fit to a motion that is longer
+/// than that of any of them.
+bool OdometryPipeline::isPlausible(Duration interval) const {
+  return estimator_.lastIncrement().motion.head<2>().norm() <= longestStep(interval);
+}
+
 PerWheel<bool> OdometryPipeline::jumps(const WheelCounts& from, const WheelCounts& to,
                                        Duration interval) const {
-  const double longest =
-      configuration_.limits.max_speed * (kPlausibleExcess * toSeconds(interval) + kStampJitter);
+  const double longest = longestStep(interval);
   const PerWheel<double> travels = this->travels(from, to);
   PerWheel<bool> jumps;
   for (const Wheel wheel : kAllWheels) jumps[wheel] = std::abs(travels[wheel]) > longest;
@@ -282,7 +292,10 @@ void OdometryPipeline::move(const WheelCounts& counts) {
   // Inside a gap no single angle is to be found by the wheels.
   if (interval) measured.steering_doubt = doubt;
   const StepReadings readings = read(measured, interval.has_value());
-  if (!estimator_.move(readings, interval)) {
+  const Duration known = span ? span->end - span->begin : configuration_.limits.max_gap;
+  const bool plausible = isPlausible(known);
+  if (!plausible) estimator_.refuseStep(known + durationFromSeconds(kStampJitter));
+  if (!plausible || !estimator_.move(readings, interval)) {
     // What was not finite must not leave by the report either.
     ++counts_.refused_states;
     report_.state = OdometryState::kDegraded;

@@ -7,6 +7,7 @@
 #include "bs_car_odometry/ros/calibration_messages.hpp"
 #include "bs_car_odometry/ros/conversions.hpp"
 #include "bs_car_odometry/ros/odometry_ros.hpp"
+#include "bs_car_odometry/ros/transform_reader.hpp"
 #include "bs_car_odometry/ros/verdicts.hpp"
 
 #include <algorithm>
@@ -120,11 +121,11 @@ void CalibrationRos::subscribeLaser() {
 void CalibrationRos::subscribeTransforms() {
   if (adapter_.mountKnown()) return;
   for (const bool is_static : {true, false})
-    subscribeTo<tf2_msgs::TFMessage>(
+    subscribeTo<RawMessage<tf2_msgs::TFMessage>>(
         is_static ? "/tf_static" : "/tf",
-        [this, is_static](const tf2_msgs::TFMessage& message, const Sender& /*sender*/) {
+        [this, is_static](const RawMessage<tf2_msgs::TFMessage>& message, const Sender& /*sender*/) {
           if (adapter_.mountKnown()) return;
-          adapter_.add(message, is_static);
+          if (const auto transforms = readTransforms(message)) adapter_.add(*transforms, is_static);
           if (adapter_.mountKnown()) resume();
         });
 }

@@ -6,6 +6,7 @@
 #include <tf2/exceptions.h>
 #include <Eigen/Eigenvalues>
 
+#include <stdexcept>
 #include <utility>
 
 namespace bs_car_odometry {
@@ -36,6 +37,15 @@ bool isPositiveDefinite(const Eigen::Matrix3d& matrix) {
   return solver.eigenvalues().minCoeff() >= kSmallestEigenvalue;
 }
 
+/// Stamps at the end of their range make tf's arithmetic throw.
+void setTransform(tf2::BufferCore& buffer, const geometry_msgs::TransformStamped& transform, bool is_static) {
+  try {
+    buffer.setTransform(transform, kAuthority, is_static);
+  } catch (const std::runtime_error&) {
+    // As good as absent.
+  }
+}
+
 }  // namespace
 
 LaserMountFinder::LaserMountFinder(std::string base_frame, std::string laser_frame)
@@ -48,7 +58,7 @@ LaserMountFinder::~LaserMountFinder() = default;
 void LaserMountFinder::add(const tf2_msgs::TFMessage& message, bool is_static) {
   if (mount_) return;
   for (const geometry_msgs::TransformStamped& transform : message.transforms)
-    buffer_->setTransform(transform, kAuthority, is_static);
+    setTransform(*buffer_, transform, is_static);
   try {
     const geometry_msgs::Transform found =
         buffer_->lookupTransform(base_frame_, laser_frame_, ros::Time()).transform;

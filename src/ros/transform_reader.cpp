@@ -12,6 +12,21 @@ bool isNamed(const std::string& name, const std::string& frame) {
   return name == frame || (!name.empty() && name.front() == '/' && name.compare(1, name.npos, frame) == 0);
 }
 
+geometry_msgs::TransformStamped readTransform(ByteReader& reader) {
+  geometry_msgs::TransformStamped stamped;
+  stamped.header.seq = reader.value<std::uint32_t>();
+  stamped.header.stamp.sec = reader.value<std::uint32_t>();
+  stamped.header.stamp.nsec = reader.value<std::uint32_t>();
+  stamped.header.frame_id = reader.string();
+  stamped.child_frame_id = reader.string();
+  auto& translation = stamped.transform.translation;
+  auto& rotation = stamped.transform.rotation;
+  for (double* number :
+       {&translation.x, &translation.y, &translation.z, &rotation.x, &rotation.y, &rotation.z, &rotation.w})
+    *number = reader.value<double>();
+  return stamped;
+}
+
 }  // namespace
 
 /// Not ByteReader::count(): what lies beyond the first bytes is not there to be counted.
@@ -26,6 +41,16 @@ std::optional<std::string> parentOf(const std::string& child, const RawTransform
     if (reader.skip(kTransformBytes) && isNamed(name, child)) return parent.substr(0, kMostNamed);
   }
   return std::nullopt;
+}
+
+std::optional<tf2_msgs::TFMessage> readTransforms(const RawMessage<tf2_msgs::TFMessage>& message) {
+  constexpr std::size_t kSmallest = 3 * sizeof(std::uint32_t) + kStampBytes + kTransformBytes;
+  ByteReader reader(message.bytes);
+  tf2_msgs::TFMessage read;
+  read.transforms.resize(reader.count(kSmallest));
+  for (geometry_msgs::TransformStamped& transform : read.transforms) transform = readTransform(reader);
+  if (!reader.sound()) return std::nullopt;
+  return read;
 }
 
 }  // namespace bs_car_odometry

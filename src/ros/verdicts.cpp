@@ -87,7 +87,8 @@ const char* explain(OdometryState state) {
     case OdometryState::kNominal:
       return "";
     case OdometryState::kDegraded:
-      return "a step was undone because its result was not finite: check the vehicle's file";
+      return "a step was undone because its result was not finite, or further than max_speed allows: check "
+             "the vehicle's file";
     case OdometryState::kNoSteering:
       return "the steering angle is older than 'max_steering_age': check the steering sensor and its rate";
   }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iostream>
 #include <limits>
 #include <random>
 
@@ -31,6 +32,36 @@ TEST(State, O1_non_finite_state_is_not_committed) {
       EXPECT_GT(update->estimate.pose_covariance(0, 0), 0.99 * i * std::pow(5.0 * kPeriod, 2)) << "inflated";
     }
   }
+}
+
+/// Four wheels and two angles that are each plausible, and contradict each other in every way.
+TEST(State, O1_no_step_is_longer_than_max_speed_allows) {
+  constexpr unsigned kSeed = 7;
+  std::cout << "seed " << kSeed << '\n';
+  std::mt19937 random(kSeed);
+  OdometryConfiguration configuration = cycab();
+  configuration.vehicle.rear_steering.source = RearSteering::Source::kMeasured;
+  const double longest = configuration.limits.max_speed * (1.5 * kPeriod + 0.01);
+  std::uniform_int_distribution<std::int64_t> travel(-1999, 1999);  // ticks of 0.1 mm, up to the longest step
+  std::uniform_real_distribution<double> angle(-1.3, 1.3);
+  Bench bench(configuration);
+  PerWheel<std::int64_t> ticks;
+  Pose2 before;
+  for (int i = 0; i < 2000; ++i) {
+    for (const Axle axle : kAllAxles)
+      bench.pipeline.addSteering(axle, at(i * kPeriod), at(i * kPeriod), angle(random));
+    for (std::int64_t& count : ticks.values) count += travel(random);
+    bench.wheels(i * kPeriod, ticks);
+    const auto update = bench.next(i * kPeriod);
+    ASSERT_TRUE(update);
+    const Pose2& pose = update->estimate.pose;
+    if (i > 0) {
+      ASSERT_LE(std::hypot(pose.x - before.x, pose.y - before.y), longest + 1e-12) << "step " << i;
+    }
+    before = pose;
+  }
+  EXPECT_GT(bench.pipeline.counts().refused_states, 0u) << "there were some";
+  EXPECT_LT(bench.pipeline.counts().refused_states, 1000u) << "most are taken";
 }
 
 TEST(State, O1_infinite_travel_is_never_taken) {

@@ -1,56 +1,13 @@
 // input: joint_states drives the car as wheel_ticks do, and lengths that lie do no harm.
 
+#include "any_bytes.hpp"
 #include "odometry_client.hpp"
 
 #include <gtest/gtest.h>
-#include <ros/message_traits.h>
-#include <ros/serialization.h>
 #include <sensor_msgs/JointState.h>
 
 #include <cmath>
 #include <cstring>
-
-namespace bs_car_odometry::testing {
-
-/// Bytes that claim to be a joint state.
-struct AnyBytes {
-  std::vector<std::uint8_t> bytes;
-};
-
-}  // namespace bs_car_odometry::testing
-
-namespace ros {
-namespace message_traits {
-template <>
-struct MD5Sum<bs_car_odometry::testing::AnyBytes> : MD5Sum<sensor_msgs::JointState> {
-  static const char* value(const bs_car_odometry::testing::AnyBytes& /*message*/) { return value(); }
-  static const char* value() { return MD5Sum<sensor_msgs::JointState>::value(); }
-};
-template <>
-struct DataType<bs_car_odometry::testing::AnyBytes> {
-  static const char* value(const bs_car_odometry::testing::AnyBytes& /*message*/) { return value(); }
-  static const char* value() { return DataType<sensor_msgs::JointState>::value(); }
-};
-template <>
-struct Definition<bs_car_odometry::testing::AnyBytes> {
-  static const char* value(const bs_car_odometry::testing::AnyBytes& /*message*/) { return value(); }
-  static const char* value() { return Definition<sensor_msgs::JointState>::value(); }
-};
-}  // namespace message_traits
-namespace serialization {
-template <>
-struct Serializer<bs_car_odometry::testing::AnyBytes> {
-  template <typename Stream>
-  static void write(Stream& stream, const bs_car_odometry::testing::AnyBytes& message) {
-    std::memcpy(stream.advance(static_cast<std::uint32_t>(message.bytes.size())), message.bytes.data(),
-                message.bytes.size());
-  }
-  static std::uint32_t serializedLength(const bs_car_odometry::testing::AnyBytes& message) {
-    return static_cast<std::uint32_t>(message.bytes.size());
-  }
-};
-}  // namespace serialization
-}  // namespace ros
 
 namespace bs_car_odometry::testing {
 namespace {
@@ -67,18 +24,11 @@ sensor_msgs::JointState jointState(const Ticks& ticks, double angle, const ros::
   return message;
 }
 
-std::vector<std::uint8_t> bytesOf(const sensor_msgs::JointState& message) {
-  std::vector<std::uint8_t> bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
-
 /// An odometry that reads joint states.
 class JointClient {
  public:
   JointClient() {
-    publisher_ = handle_.advertise<AnyBytes>("joint_states", kQueueSize);
+    publisher_ = handle_.advertise<AnyBytes<sensor_msgs::JointState>>("joint_states", kQueueSize);
     subscriber_ = handle_.subscribe<nav_msgs::Odometry>("odom", kQueueSize, [this](const auto& message) {
       EXPECT_EQ(invariants_.violation(*message, ros::Time::now()), "") << *message;
       odometry_.push_back(*message);
@@ -100,7 +50,9 @@ class JointClient {
     return odometry_.back();
   }
 
-  void send(const std::vector<std::uint8_t>& bytes) { publisher_.publish(AnyBytes{bytes}); }
+  void send(const std::vector<std::uint8_t>& bytes) {
+    publisher_.publish(AnyBytes<sensor_msgs::JointState>{bytes});
+  }
 
  private:
   static constexpr std::uint32_t kQueueSize = 5000;

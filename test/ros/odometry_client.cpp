@@ -74,6 +74,7 @@ bool OdometryClient::connect() {
 }
 
 void OdometryClient::onOdometry(const nav_msgs::Odometry& message) {
+  if (jumps_allowed_) announceJump();
   EXPECT_EQ(invariants_.violation(message, ros::Time::now()), "") << message;
   odometry_.push_back(message);
   checkStatuses();

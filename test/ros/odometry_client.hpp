@@ -53,6 +53,10 @@ class OdometryClient {
   /// Calls ~reset; the next step may jump.
   bool reset();
   void announceJump() { invariants_.announceJump(); }
+  /// From now on /tf is not listened to.
+  void ignoreTransforms() { subscribers_.pop_back(); }
+  /// From now on every step may be of any length.
+  void allowJumps() { jumps_allowed_ = true; }
   /// The odometry was started again: nothing that it published before counts.
   void announceNewRun() {
     invariants_.announceNewRun();
@@ -74,6 +78,7 @@ class OdometryClient {
   std::string node_;
   int process_{0};
   Invariants invariants_{InputLimits()};
+  bool jumps_allowed_{false};
   std::vector<nav_msgs::Odometry> odometry_;
   OdometryStatus status_;
   std::deque<OdometryStatus> unchecked_;

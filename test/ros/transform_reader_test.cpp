@@ -1,9 +1,11 @@
 // O8: which frames a message on /tf connects, whatever its lengths claim.
 
 #include "bs_car_odometry/ros/transform_reader.hpp"
+#include "bs_car_odometry/ros/laser_input.hpp"
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <limits>
 
 namespace bs_car_odometry {
@@ -63,6 +65,56 @@ TEST(Transforms, O8_the_work_is_bounded) {
   const Frames many(100000, {"map", "somewhere"});
   EXPECT_LE(transforms(many).bytes.size(), 16384u);
   EXPECT_FALSE(parentOf("base_link", transforms(many)));
+}
+
+RawMessage<tf2_msgs::TFMessage> whole(std::vector<std::uint8_t> bytes) { return {std::move(bytes)}; }
+
+TEST(Transforms, C9_are_read_as_their_own_reader_reads_them) {
+  const auto read = readTransforms(whole(bytesOf({{"map", "odom"}, {"", "base_link"}})));
+  ASSERT_TRUE(read);
+  ASSERT_EQ(read->transforms.size(), 2u);
+  EXPECT_EQ(read->transforms[0].header.frame_id, "map");
+  EXPECT_EQ(read->transforms[1].child_frame_id, "base_link");
+  std::vector<std::uint8_t> numbers = bytesOf({{"", ""}});
+  for (std::size_t i = 0; i < 7; ++i) {
+    const double number = 1.5 * static_cast<double>(i + 1);
+    std::memcpy(numbers.data() + numbers.size() - (7 - i) * sizeof number, &number, sizeof number);
+  }
+  const geometry_msgs::Transform transform = readTransforms(whole(numbers))->transforms[0].transform;
+  EXPECT_EQ(transform.translation.x, 1.5);
+  EXPECT_EQ(transform.rotation.x, 6.0);
+  EXPECT_EQ(transform.rotation.w, 10.5);
+}
+
+TEST(Transforms, X1_none_are_read_where_lengths_lie) {
+  const std::vector<std::uint8_t> good = bytesOf({{"map", "odom"}, {"odom", "base_link"}});
+  for (std::size_t length = 0; length < good.size(); ++length)
+    EXPECT_FALSE(readTransforms(whole({good.begin(), good.begin() + static_cast<long>(length)})));
+  for (const std::uint32_t lie : {3u, 0x00ffffffu, 0xffffffffu}) {
+    std::vector<std::uint8_t> lying = good;
+    std::memcpy(lying.data(), &lie, sizeof lie);
+    EXPECT_FALSE(readTransforms(whole(lying))) << lie;
+  }
+}
+
+/// tf's own arithmetic on stamps throws at the end of their range.
+TEST(Transforms, X1_stamps_that_tf_cannot_bear_are_as_good_as_absent) {
+  LaserMountFinder finder("base_link", "laser");
+  tf2_msgs::TFMessage message;
+  message.transforms.resize(2);
+  for (geometry_msgs::TransformStamped& transform : message.transforms) {
+    transform.header.frame_id = "base_link";
+    transform.child_frame_id = "mast";
+    transform.transform.rotation.w = 1.0;
+    transform.header.stamp.sec = 0xffffffffu;
+  }
+  EXPECT_NO_THROW(finder.add(message, false));
+  message.transforms.resize(1);
+  message.transforms[0].child_frame_id = "laser";
+  message.transforms[0].transform.translation.x = 2.0;
+  finder.add(message, true);
+  ASSERT_TRUE(finder.mount());
+  EXPECT_EQ(finder.mount()->x, 2.0);
 }
 
 }  // namespace

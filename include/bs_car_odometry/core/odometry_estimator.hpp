@@ -50,6 +50,8 @@ class OdometryEstimator {
   const FitResiduals& read(const StepReadings& readings);
   /// The second half: moves the car by what was read last.
   bool move(const StepReadings& readings, std::optional<Duration> interval);
+  /// Instead of it: the pose stays, its covariance is inflated, and the twist is not known.
+  void refuseStep(std::optional<Duration> interval);
 
   /// Says how far the angles of the last step may be trusted; the covariances of pose and twist answer for
   /// it.
@@ -77,7 +79,6 @@ class OdometryEstimator {
  private:
   void publishPose();
   void updateTwist(std::optional<Duration> interval, const SystematicSensitivity& J_motion);
-  void refuseStep(std::optional<Duration> interval);
 
   OdometryConfiguration configuration_;
   OdometryModel model_;

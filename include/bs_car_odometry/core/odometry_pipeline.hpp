@@ -47,7 +47,7 @@ struct InputCounts {
   std::uint64_t counter_restarts{0};    ///< counters taken as a new reference
   std::uint64_t gaps{0};                ///< intervals longer than max_gap
   std::uint64_t wheel_jumps{0};         ///< counters of single wheels that jumped and were left out
-  std::uint64_t refused_states{0};      ///< steps undone because the result was not finite
+  std::uint64_t refused_states{0};      ///< steps undone because the result was not finite or not plausible
   std::uint64_t ambiguous_gaps{0};      ///< gaps in which the counters may have wrapped unseen
   std::uint64_t covariance_repairs{0};  ///< covariances that were not positive semidefinite
   double refused_angle{0.0};            ///< [rad], of the newest message dropped as kSteeringLimit
@@ -155,6 +155,8 @@ class OdometryPipeline {
   std::optional<OdometryUpdate> process(const WheelCounts& counts, Time completed);
   PerWheel<double> travels(const WheelCounts& from, const WheelCounts& to) const;
   PerWheel<bool> jumps(const WheelCounts& from, const WheelCounts& to, Duration interval) const;
+  double longestStep(Duration interval) const;
+  bool isPlausible(Duration interval) const;
   bool takeReference(const WheelCounts& counts);
   bool isAmbiguous(Duration interval) const;
   void takeAnew(const WheelCounts& counts);

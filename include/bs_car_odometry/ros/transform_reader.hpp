@@ -16,4 +16,7 @@ using RawTransforms = RawMessage<tf2_msgs::TFMessage, 16384>;
 /// does not matter.
 std::optional<std::string> parentOf(const std::string& child, const RawTransforms& message);
 
+/// All transforms of a message; none when a length does not fit the bytes.
+std::optional<tf2_msgs::TFMessage> readTransforms(const RawMessage<tf2_msgs::TFMessage>& message);
+
 }  // namespace bs_car_odometry
