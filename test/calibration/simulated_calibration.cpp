@@ -129,7 +129,7 @@ ParameterVector boundOf(const std::string& scenario, const Parameters& parameter
   for (const laboratory::Sample& sample : laboratory::record(parameters.vehicle, settings)) {
     const OdometryUpdate update = laboratory::step(pipeline, sample);
     if (update.step) bound.move(*update.step);
-    if (i++ % kSamplesALaser == 0) bound.update(R);
+    if (i++ % laboratory::kLaserEvery == 0) bound.update(R);
   }
   return bound.deviations();
 }
