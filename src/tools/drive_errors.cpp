@@ -57,9 +57,11 @@ class DeadReckoning {
   }
 
  private:
-  /// The noise of the readings alone, to first order: the likelihood is that of a linear model.
+  /// The noise of the readings alone, to first order: the likelihood is that of a linear model. All readings:
+  /// what contradicts the rest depends on the noise that is looked for.
   static Parameters prepared(Parameters p) {
     p.odometry.uncertainty = Uncertainty::kFirstOrder;
+    p.odometry.fault_detection = false;
     p.noise.systematic = {0.0, 0.0, 0.0, 0.0};
     p.systematic_covariance.reset();
     p.relative_motion.history = Duration::zero();  // nobody asks

@@ -47,6 +47,7 @@ odometry:
   axles: both
   motion: exact
   shortened_track: true
+  fault_detection: true
   uncertainty: first_order
   systematic_rule: degree_five
   particles: {count: 10000, seed: 1, threads: 1, published: 500}
@@ -125,6 +126,7 @@ void expectDefaultOptions(const Parameters& p) {
   EXPECT_EQ(p.odometry.axles, AxleSelection::kBoth);
   EXPECT_EQ(p.odometry.motion, Motion::kExact);
   EXPECT_TRUE(p.odometry.shortened_track);
+  EXPECT_TRUE(p.odometry.fault_detection);
   EXPECT_EQ(p.odometry.uncertainty, Uncertainty::kFirstOrder);
   EXPECT_EQ(p.odometry.systematic_rule, SystematicRule::kDegreeFive);
   EXPECT_EQ(p.odometry.particles.count, 10000);
@@ -272,16 +274,17 @@ TEST(Values, everyNumberReachesItsMemberAndNoOther) {
 
 TEST(Values, wordsListsAndTextsReachTheirMembers) {
   const Parameters p =
-      load(kMinimalVehicle, {{"initial_pose/covariance", "[4, 1, 0, 1, 5, 0.5, 0, 0.5, 6]"},
-                             {"vehicle/name", "car 7"},
-                             {"vehicle/axle_geometry", "pivot"},
-                             {"vehicle/rear_steering", "{source: measured, coefficients: [0.01, 0, 0.5]}"},
-                             {"joints", "{rear_left: wheel, front_steering: [l, r], rear_steering: single}"},
-                             {"odometry", "{axles: rear, motion: paper, shortened_track: false}"},
-                             {"calibration", "{method: paper, allow_partial: true}"},
-                             {"publish_tf", "false"},
-                             {"output", "cal.yaml"},
-                             {"stamp_source", "receipt"}})
+      load(kMinimalVehicle,
+           {{"initial_pose/covariance", "[4, 1, 0, 1, 5, 0.5, 0, 0.5, 6]"},
+            {"vehicle/name", "car 7"},
+            {"vehicle/axle_geometry", "pivot"},
+            {"vehicle/rear_steering", "{source: measured, coefficients: [0.01, 0, 0.5]}"},
+            {"joints", "{rear_left: wheel, front_steering: [l, r], rear_steering: single}"},
+            {"odometry", "{axles: rear, motion: paper, shortened_track: false, fault_detection: false}"},
+            {"calibration", "{method: paper, allow_partial: true}"},
+            {"publish_tf", "false"},
+            {"output", "cal.yaml"},
+            {"stamp_source", "receipt"}})
           .parameters;
   EXPECT_EQ(p.initial_pose.covariance, (Eigen::Matrix3d() << 4, 1, 0, 1, 5, 0.5, 0, 0.5, 6).finished());
   EXPECT_EQ(p.vehicle.name, "car 7");
@@ -294,6 +297,7 @@ TEST(Values, wordsListsAndTextsReachTheirMembers) {
   EXPECT_EQ(p.odometry.axles, AxleSelection::kRear);
   EXPECT_EQ(p.odometry.motion, Motion::kPaper);
   EXPECT_FALSE(p.odometry.shortened_track);
+  EXPECT_FALSE(p.odometry.fault_detection);
   EXPECT_EQ(p.calibration.method, CalibrationMethod::kPaper);
   EXPECT_TRUE(p.calibration.allow_partial);
   EXPECT_FALSE(p.publish_tf);
