@@ -114,9 +114,10 @@ class Odometry : public ::testing::Test {
     const std::int64_t ahead = ticks + 100;
     const auto after = client_->step({ahead, ahead, ahead, ahead});
     ASSERT_TRUE(after);
+    // After what contradicts it the odometry may do without the angle: the direction is then the wheels' own.
     EXPECT_NEAR(std::hypot(after->pose.pose.position.x - before->pose.pose.position.x,
                            after->pose.pose.position.y - before->pose.pose.position.y),
-                0.01, 1e-9);
+                0.01, 1e-5);
   }
 
   /// Sends messages, a step of the parked car after every few.
