@@ -71,7 +71,8 @@ void FaultMonitor::reset() {
   swapped_.reset();
   report_ = SensorReport();
   course_ = PerAxle<Course>();
-  swap_votes_ = guesses_ = 0;
+  swap_votes_ = {};
+  guesses_ = 0;
   startStretch();
   window_.count = 0;
 }
@@ -167,7 +168,7 @@ bool FaultMonitor::contradicts(const StepReadings& readings, const FitResiduals&
   const SensorTests tests = testSensors(fit_.evidence(readings), prior_);
   const Suspects found = blame(tests, readings, lengthOf(readings));
   if (!leaveOut(found, tests)) return false;
-  for (std::size_t i = 0; i < found.count; ++i) describe(found.sensors[i], readings, SensorTest());
+  describe(found, tests, readings);
   return true;
 }
 
@@ -282,7 +283,7 @@ BodyMotion FaultMonitor::judge(const StepReadings& stretch) {
   const double stretches = at_once ? 1.0 : static_cast<double>(window_.count);
   reconsider(found.sensors[0], tests.chi_square, stretch);
   if (!leaveOut(found, tests)) return BodyMotion::Zero();
-  for (std::size_t i = 0; i < found.count; ++i) describe(found.sensors[i], stretch, SensorTest());
+  describe(found, tests, stretch);
   return stretches * (fit_.increment(trusted(stretch)).motion - fit_.increment(readings).motion);
 }
 
@@ -347,6 +348,12 @@ void FaultMonitor::takeBack(std::size_t sensor) {
   window_.count = 0;
 }
 
+void FaultMonitor::describe(const Suspects& suspects, const SensorTests& tests,
+                            const StepReadings& measured) {
+  for (std::size_t i = 0; i < suspects.count; ++i)
+    describe(suspects.sensors[i], measured, tests.sensors[suspects.sensors[i]]);
+}
+
 void FaultMonitor::describe(std::size_t sensor, const StepReadings& measured, const SensorTest& test) {
   SensorState& state = report_.sensors[sensor];
   if (!out_[sensor] || swapped_[sensor]) return;
@@ -369,8 +376,9 @@ void FaultMonitor::inspectSwaps(const StepReadings& measured) {
   for (std::size_t a = 0; a < kWheels; ++a)
     for (std::size_t b = a + 1; b < kWheels; ++b) {
       if (!out_[a] || !out_[b] || swapped_[a] || swapped_[b]) continue;
-      swap_votes_ = isSwapped(a, b, measured) ? swap_votes_ + 1 : 0;
-      if (swap_votes_ < kSoundStretches) continue;
+      int& votes = swap_votes_[a][b];
+      votes = isSwapped(a, b, measured) ? votes + 1 : 0;
+      if (votes < kSoundStretches) continue;
       for (const std::size_t k : {a, b}) {
         swapped_.set(k);
         report_.sensors[k].fault = SensorFault::kSwapped;

@@ -92,6 +92,7 @@ class FaultMonitor {
   void inspectSwaps(const StepReadings& measured);
   double chiSquareSwapped(std::size_t a, std::size_t b, StepReadings readings) const;
   bool isSwapped(std::size_t a, std::size_t b, const StepReadings& measured) const;
+  void describe(const Suspects& suspects, const SensorTests& tests, const StepReadings& measured);
   void describe(std::size_t sensor, const StepReadings& measured, const SensorTest& test);
   void takeBack(std::size_t sensor);
 
@@ -107,8 +108,9 @@ class FaultMonitor {
   SensorSet swapped_;    ///< of these, those that have each other's counters: never taken back
   SensorReport report_;
   std::array<Inspection, kSensors> inspections_;
-  int guesses_{0};     ///< successive stretches whose motion is a guess
-  int swap_votes_{0};  ///< successive stretches that a swap explains
+  int guesses_{0};  ///< successive stretches whose motion is a guess
+  /// Successive stretches that a swap of two wheels explains.
+  std::array<std::array<int, kWheels>, kWheels> swap_votes_{};
   PerAxle<Course> course_;
   PendingReadings measured_;  ///< of the present stretch
   double elapsed_{0.0};       ///< [s] since the stretch began
