@@ -273,19 +273,26 @@ StepReadings OdometryPipeline::readingsUntil(const WheelCounts& counts) {
   return readings;
 }
 
+/// From the reference, where that is known in this time.
+std::optional<TimeSpan> OdometryPipeline::spanUntil(const WheelCounts& counts) const {
+  if (!reference_time_known_) return std::nullopt;
+  return TimeSpan{reference_->stamp, counts.stamp};
+}
+
+/// The duration of a step without a gap.
+std::optional<Duration> OdometryPipeline::noteInterval(const std::optional<TimeSpan>& span) {
+  if (!span) return std::nullopt;
+  const Duration interval = span->end - span->begin;
+  report_.interval = toSeconds(interval);
+  if (interval <= configuration_.limits.max_gap) return interval;
+  ++counts_.gaps;
+  return std::nullopt;
+}
+
 void OdometryPipeline::move(const WheelCounts& counts) {
   StepReadings measured = readingsUntil(counts);
-  std::optional<TimeSpan> span;
-  std::optional<Duration> interval;
-  if (reference_time_known_) {
-    span = {reference_->stamp, counts.stamp};
-    interval = span->end - span->begin;
-    report_.interval = toSeconds(*interval);
-    if (*interval > configuration_.limits.max_gap) {
-      ++counts_.gaps;
-      interval.reset();
-    }
-  }
+  const std::optional<TimeSpan> span = spanUntil(counts);
+  const std::optional<Duration> interval = noteInterval(span);
   reference_ = counts;
   reference_time_known_ = true;
   const PerAxle<double> doubt = steeringDoubt(report_.interval);

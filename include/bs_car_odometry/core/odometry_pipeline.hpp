@@ -160,6 +160,8 @@ class OdometryPipeline {
   bool takeReference(const WheelCounts& counts);
   bool isAmbiguous(Duration interval) const;
   void takeAnew(const WheelCounts& counts);
+  std::optional<TimeSpan> spanUntil(const WheelCounts& counts) const;
+  std::optional<Duration> noteInterval(const std::optional<TimeSpan>& span);
   void move(const WheelCounts& counts);
   StepReadings read(const StepReadings& measured, bool seen);
   Eigen::Matrix3d watch(const StepReadings& measured, std::optional<Duration> interval);
