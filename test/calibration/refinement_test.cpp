@@ -73,14 +73,8 @@ Study study(const std::string& scenario, int runs, const LaserOutliers& outliers
 }
 
 TEST(Refinement, FindsTheGainsOfADriveWithoutNoise) {
-  // A prior that pulls at nothing, ticks of 0.1 um, and steps so short that their mean angle is exact.
-  Parameters parameters = withPrior(10.0);
-  for (const Wheel wheel : kAllWheels) parameters.vehicle.metres_per_tick[wheel] = 1e-7;
-  SimulatedDrive simulated;
-  simulated.rate = 500.0;
-  simulated.laser_sigma = {0.0, 0.0};
-  simulated.truth = valuesOf(parameters);
-  simulated.truth.segment<3>(systematic::kRearRight) << 1.02, 0.99, 1.03;
+  const Parameters parameters = exactParameters();
+  const SimulatedDrive simulated = exactDrive(parameters);
   const CalibratedDrive calibrated = calibrate(simulated, parameters);
   const Refinement refined = refine({&calibrated.drive}, parameters);
   EXPECT_TRUE(refined.converged);

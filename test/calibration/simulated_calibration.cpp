@@ -110,6 +110,21 @@ SimulatedDrive drawnDrive(const std::string& scenario, const Parameters& paramet
   return drive;
 }
 
+Parameters exactParameters() {
+  Parameters parameters = withPrior(10.0);
+  for (const Wheel wheel : kAllWheels) parameters.vehicle.metres_per_tick[wheel] = 1e-7;
+  return parameters;
+}
+
+SimulatedDrive exactDrive(const Parameters& parameters) {
+  SimulatedDrive drive;
+  drive.rate = 500.0;
+  drive.laser_sigma = {0.0, 0.0};
+  drive.truth = valuesOf(parameters);
+  drive.truth.segment<3>(systematic::kRearRight) << 1.02, 0.99, 1.03;
+  return drive;
+}
+
 double deviation(const ParameterMatrix& covariance, std::size_t parameter) {
   const auto i = static_cast<Eigen::Index>(parameter);
   return std::sqrt(covariance(i, i));

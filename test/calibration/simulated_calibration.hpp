@@ -57,6 +57,12 @@ Parameters withPrior(double prior, AxleSelection axles = AxleSelection::kRear);
 /// A drive with noise as configured and parameters drawn from their prior.
 SimulatedDrive drawnDrive(const std::string& scenario, const Parameters& parameters, std::uint64_t seed);
 
+/// A prior that pulls at nothing, and ticks of 0.1 um.
+Parameters exactParameters();
+/// A drive of theirs without noise, with gains of 1.02, 0.99, 1.03; steps so short that their mean angle is
+/// exact.
+SimulatedDrive exactDrive(const Parameters& parameters);
+
 double deviation(const ParameterMatrix& covariance, std::size_t parameter);
 
 /// Smallest bound of the deviations: that of a drive without noise at the configured values.

@@ -283,9 +283,9 @@ def report(found, output):
     return ratio_holds and holding == len(stated)
 
 
-def parse_arguments():
+def parse_arguments(description):
     """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=pathlib.Path, default=evaluate_recorded.default_data_folder(),
                         help="default: %(default)s")
     parser.add_argument("--tools", type=pathlib.Path, required=True,
@@ -295,16 +295,16 @@ def parse_arguments():
     return parser.parse_args()
 
 
-def main():
-    """Evaluates, reports, and says whether everything holds."""
-    arguments = parse_arguments()
+def run(description, name, evaluate_all, report_all):
+    """Evaluates with bags in a folder of that name, reports; the exit status says whether everything holds."""
+    arguments = parse_arguments(description)
     if not arguments.data.is_dir():
         print(f"No recordings: {arguments.data} is not there (BS_CAR_ODOMETRY_DATA names another folder).")
         return evaluate_recorded.SKIPPED
-    bags = arguments.output / "calibration"
+    bags = arguments.output / name
     bags.mkdir(parents=True, exist_ok=True)
-    return 0 if report(evaluate(arguments.data, arguments.tools, bags), arguments.output) else 1
+    return 0 if report_all(evaluate_all(arguments.data, arguments.tools, bags), arguments.output) else 1
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run(__doc__, "calibration", evaluate, report))

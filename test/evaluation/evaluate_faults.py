@@ -6,7 +6,6 @@ middle of its way on, and replay_bag runs with those gains. Named: left out long
 the second half where the fault lasts; a frozen speed is right as long as the car keeps it. The drift may be twice the untouched drive's, or 0.5 % of the distance more. Without recordings: 77.
 """
 
-import argparse
 import csv
 import pathlib
 import sys
@@ -171,28 +170,5 @@ def report(rows, output):
     return named == bearing == len(spoilt)
 
 
-def parse_arguments():
-    """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--data", type=pathlib.Path, default=evaluate_recorded.default_data_folder(),
-                        help="default: %(default)s")
-    parser.add_argument("--tools", type=pathlib.Path, required=True,
-                        help="folder of csv_to_bag, calibrate_bag and replay_bag")
-    parser.add_argument("--output", type=pathlib.Path, required=True, help="folder for the table")
-    parser.add_argument("--no-plots", action="store_true", help="there are none: taken for evaluate_recorded.py's sake")
-    return parser.parse_args()
-
-
-def main():
-    """Evaluates, reports, and says whether everything holds."""
-    arguments = parse_arguments()
-    if not arguments.data.is_dir():
-        print(f"No recordings: {arguments.data} is not there (BS_CAR_ODOMETRY_DATA names another folder).")
-        return evaluate_recorded.SKIPPED
-    bags = arguments.output / "faults"
-    bags.mkdir(parents=True, exist_ok=True)
-    return 0 if report(evaluate(arguments.data, arguments.tools, bags), arguments.output) else 1
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(evaluate_calibration.run(__doc__, "faults", evaluate, report))

@@ -66,6 +66,20 @@ class FloodTest : public ::testing::Test {
     return waitFor([&] { return newest_ >= stamp; }, seconds);
   }
 
+  /// Sends so many messages a second, and notes what is heard meanwhile.
+  /// @return the time that it took [s]
+  double flood(double rate, double seconds) {
+    heard_ = 0;
+    oldest_age_ = 0.0;
+    flood_.begin();
+    const ros::SteadyTime begin = ros::SteadyTime::now();
+    while ((ros::SteadyTime::now() - begin).toSec() < seconds) {
+      flood_.send(rate, begin);
+      ros::spinOnce();
+    }
+    return (ros::SteadyTime::now() - begin).toSec();
+  }
+
   void onOdometry(const nav_msgs::Odometry& message) {
     const ros::Time now = ros::Time::now();
     // Every one of a flood is too many for the eigenvalues.
@@ -91,15 +105,8 @@ TEST_F(FloodTest, N8_twenty_thousand_messages_a_second) {
   constexpr double kRate = 20000.0;  // Hz, of wheels and of steering each
   constexpr double kSeconds = 10.0;
   const ProcessSize before = sizeOf(process_);
-  heard_ = 0;
-  oldest_age_ = 0.0;
-  flood_.begin();
-  const ros::SteadyTime begin = ros::SteadyTime::now();
-  while ((ros::SteadyTime::now() - begin).toSec() < kSeconds) {
-    flood_.send(kRate, begin);
-    ros::spinOnce();
-  }
-  const double rate = static_cast<double>(flood_.sent()) / (ros::SteadyTime::now() - begin).toSec();
+  const double seconds = flood(kRate, kSeconds);
+  const double rate = static_cast<double>(flood_.sent()) / seconds;
   const double oldest = oldest_age_;
   const ros::SteadyTime end = ros::SteadyTime::now();
   EXPECT_TRUE(echo(kLatest)) << "back in real time";
@@ -121,14 +128,7 @@ TEST_F(FloodTest, N7_a_reader_that_does_not_read) {
   ASSERT_TRUE(echo(5.0));
   reader.suspend();
   const ProcessSize before = sizeOf(process_);
-  oldest_age_ = 0.0;
-  heard_ = 0;
-  flood_.begin();
-  const ros::SteadyTime begin = ros::SteadyTime::now();
-  while ((ros::SteadyTime::now() - begin).toSec() < kSeconds) {
-    flood_.send(kRate, begin);
-    ros::spinOnce();
-  }
+  flood(kRate, kSeconds);
   const ProcessSize after = sizeOf(process_);
   std::cout << heard_ << " of " << flood_.sent() << " heard, none older than " << oldest_age_ << " s; "
             << before.resident << " to " << after.resident << " MB\n";

@@ -1,12 +1,12 @@
 // Live equals replay: what the nodelet publishes on a bag that is played is what replay_bag writes of that
 // bag, in every byte of every field but header.seq, which counts what a publisher has sent.
 
+#include "any_bytes.hpp"
 #include "child_process.hpp"
 #include "odometry_client.hpp"
 #include "tools/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
-#include <ros/serialization.h>
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <rosgraph_msgs/Clock.h>
@@ -27,14 +27,6 @@ constexpr const char* kRate = "20";      // Hz
 constexpr const char* kPlayed = "2";     // times as fast
 constexpr std::size_t kMessages = 321;
 constexpr int kClockMessages = 20;
-
-template <typename Message>
-Bytes bytesOf(const Message& message) {
-  Bytes bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
 
 void clearSequence(tf2_msgs::TFMessage& message) {
   for (auto& transform : message.transforms) transform.header.seq = 0;

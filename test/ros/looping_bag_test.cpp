@@ -1,11 +1,11 @@
 // T5: a bag that is played over and over. Each run begins anew and publishes in every bit what the first did.
 
+#include "any_bytes.hpp"
 #include "child_process.hpp"
 #include "odometry_client.hpp"
 #include "tools/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
-#include <ros/serialization.h>
 #include <rosbag/bag.h>
 #include <rosgraph_msgs/Clock.h>
 #include <std_srvs/SetBool.h>
@@ -39,12 +39,9 @@ void writeBag(const std::string& path) {
 }
 
 template <typename Message>
-Bytes bytesOf(Message message) {
+Bytes bytesWithoutSequence(Message message) {
   message.header.seq = 0;
-  Bytes bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
+  return bytesOf(message);
 }
 
 /// What one topic brought, run by run: a stamp that is not after the one before begins another one.
@@ -57,7 +54,7 @@ class Runs {
       begins_.push_back(ros::SteadyTime::now());
     }
     newest_ = message.header.stamp;
-    runs_.back().push_back(bytesOf(message));
+    runs_.back().push_back(bytesWithoutSequence(message));
   }
 
   /// The last one may still go on.

@@ -1,6 +1,7 @@
 // N2: the nodelet is loaded into its manager and unloaded again, over and over, in traffic.
 
 #include "odometry_client.hpp"
+#include "restless_driver.hpp"
 
 #include <gtest/gtest.h>
 #include <nodelet/NodeletLoad.h>
@@ -15,32 +16,9 @@ namespace bs_car_odometry::testing {
 namespace {
 
 constexpr double kRate = 1000.0;  // Hz
-
-/// A driver that never rests, in a thread of its own.
-class Traffic {
- public:
-  Traffic() : thread_([this] { run(); }) {}
-  ~Traffic() {
-    stopped_ = true;
-    thread_.join();
-  }
-
- private:
-  void run() {
-    std::int64_t ticks = 0;
-    for (ros::WallRate rate(kRate); !stopped_; rate.sleep()) {
-      const ros::Time now = ros::Time::now();
-      steering_.publish(steeringAngle(0.1, now));
-      ticks += 10;
-      wheels_.publish(wheelTicks({ticks, ticks, ticks, ticks}, now));
-    }
-  }
-
-  ros::NodeHandle node_;
-  ros::Publisher wheels_{node_.advertise<WheelTicks>("wheel_ticks", 100)};
-  ros::Publisher steering_{node_.advertise<SteeringAngle>("front_steering", 100)};
-  std::atomic<bool> stopped_{false};
-  std::thread thread_;
+ros::Publisher steering_{node_.advertise<SteeringAngle>("front_steering", 100)};
+std::atomic<bool> stopped_{false};
+std::thread thread_;
 };
 
 class Reload : public ::testing::Test {
@@ -90,7 +68,7 @@ class Reload : public ::testing::Test {
 TEST_F(Reload, N2_unload_and_reload_in_traffic) {
   const int cycles = ros::param::param<int>("~cycles", 100);
   const int warm = std::max(cycles / 5, 10);
-  const Traffic traffic;
+  const RestlessDriver traffic(kRate, 10, 0.1);
   for (int i = 0; i < warm; ++i) ASSERT_NO_FATAL_FAILURE(cycle()) << i;
   const ProcessSize before = sizeOf(process_);
   for (int i = warm; i < cycles; ++i) ASSERT_NO_FATAL_FAILURE(cycle()) << i;

@@ -2,11 +2,11 @@
 // has no effect. And no message can fill the log.
 
 #include "odometry_client.hpp"
+#include "restless_driver.hpp"
 
 #include <gtest/gtest.h>
 #include <std_srvs/Trigger.h>
 
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -21,32 +21,7 @@ constexpr double kCallRate = 100.0;   // Hz
 constexpr int kCalls = 1000;
 constexpr double kInitialX = 1.0;
 constexpr double kInitialY = -2.0;  // as in the launch file, where the heading is 0
-
-/// A car that drives straight ahead all the time, one step of 10 mm a message.
-class StraightDrive {
- public:
-  StraightDrive() : thread_([this] { run(); }) {}
-  ~StraightDrive() {
-    stopped_ = true;
-    thread_.join();
-  }
-
- private:
-  void run() {
-    ros::NodeHandle node;
-    ros::Publisher wheels = node.advertise<WheelTicks>("wheel_ticks", 100);
-    ros::Publisher steering = node.advertise<SteeringAngle>("front_steering", 100);
-    std::int64_t ticks = 0;
-    for (ros::WallRate rate(kWheelRate); !stopped_; rate.sleep()) {
-      const ros::Time now = ros::Time::now();
-      steering.publish(steeringAngle(0.0, now));
-      ticks += 100;
-      wheels.publish(wheelTicks({ticks, ticks, ticks, ticks}, now));
-    }
-  }
-
-  std::atomic<bool> stopped_{false};
-  std::thread thread_;
+std::thread thread_;
 };
 
 /// Poses are set to (10 k, k): y says which, x how many steps ago.
@@ -115,7 +90,7 @@ class Storms : public ::testing::Test {
 
 TEST_F(Storms, N11_set_pose_and_reset_take_effect_between_steps_only) {
   ASSERT_TRUE(reset());
-  const StraightDrive drive;
+  const RestlessDriver drive(kWheelRate, 100, 0.0);
   ASSERT_TRUE(waitFor([&] { return seen_[0] > 10; }));
   ros::WallRate rate(kCallRate);
   for (int call = 1; call <= kCalls; ++call) {
@@ -139,7 +114,7 @@ TEST_F(Storms, P5_a_parameter_that_changes_has_no_effect) {
   for (const char* name : {"noise/wheel", "vehicle/wheelbase", "gains/rear/k_r", "gains/front/k_l",
                            "encoders/metres_per_tick/rear_left", "initial_pose/x", "max_speed"})
     ros::param::set(std::string("/odometry/") + name, 0.7);
-  const StraightDrive drive;
+  const RestlessDriver drive(kWheelRate, 100, 0.0);
   ASSERT_TRUE(waitFor([&] { return seen_[0] > 100; })) << "check() knows the steps and the initial pose";
   EXPECT_EQ(seen_.size(), 1u);
 }

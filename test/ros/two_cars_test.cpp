@@ -1,9 +1,9 @@
 // N6: two cars in one manager, each of which publishes in every bit what it publishes alone.
 
+#include "any_bytes.hpp"
 #include "odometry_client.hpp"
 
 #include <gtest/gtest.h>
-#include <ros/serialization.h>
 #include <rosgraph_msgs/Clock.h>
 #include <std_srvs/Trigger.h>
 
@@ -16,14 +16,6 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr int kSteps = 200;
 constexpr double kPeriod = 0.05;  // s
-
-template <typename Message>
-Bytes bytesOf(const Message& message) {
-  Bytes bytes(ros::serialization::serializationLength(message));
-  ros::serialization::OStream stream(bytes.data(), static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
 
 /// One odometry: its driver, and every byte that it publishes but for header.seq.
 class Car {
