@@ -150,7 +150,7 @@ TEST(Fuzz, X1_odometry) {
   OdometryUnderFire car;
   ASSERT_TRUE(car.connect());
   ASSERT_TRUE(car.step());
-  const int batches = spoiledMessages(0.65) / (5 * kBatch);
+  const int batches = spoiledBatches(0.65, 5 * kBatch);
   for (int batch = 0; batch < batches; ++batch) {
     for (int i = 0; i < kBatch; ++i) car.sendSpoiled();
     ASSERT_TRUE(car.step()) << "after batch " << batch;
@@ -167,7 +167,7 @@ TEST(Fuzz, X1_odometry_with_poses) {
   ASSERT_TRUE(car.connect());
   car.client().allowJumps();
   ASSERT_TRUE(car.client().reset() && car.step());
-  const int batches = spoiledMessages(0.1) / (6 * kBatch);
+  const int batches = spoiledBatches(0.1, 6 * kBatch);
   for (int batch = 0; batch < batches; ++batch) {
     for (int i = 0; i < kBatch; ++i) {
       car.sendSpoiledPose();
@@ -187,7 +187,7 @@ TEST(Fuzz, X1_joint_states) {
   double angle = 0.0;
   const auto step = [&](const ros::Time& stamp) { joints.send(jointState(angle, stamp)); };
   ASSERT_TRUE(goesOn(client, step));
-  const int batches = spoiledMessages(0.1) / kBatch;
+  const int batches = spoiledBatches(0.1, kBatch);
   for (int batch = 0; batch < batches; ++batch) {
     for (int i = 0; i < kBatch; ++i) joints.sendSpoiled(jointState(angle, ros::Time::now()));
     angle += 0.01;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <iostream>
 #include <iterator>
 #include <limits>
 #include <string>
@@ -66,9 +67,12 @@ std::vector<std::uint8_t> HostileBytes::spoil(std::vector<std::uint8_t> bytes) {
   return bytes;
 }
 
-int spoiledMessages(double share) {
+int spoiledBatches(double share, int batch) {
   const char* all = std::getenv("BS_CAR_ODOMETRY_FUZZED_MESSAGES");
-  return static_cast<int>(share * (all == nullptr ? 100000.0 : std::stod(all)));
+  const double messages = share * (all == nullptr ? 100000.0 : std::stod(all));
+  const int batches = static_cast<int>(std::ceil(messages / batch));
+  std::cout << batches * batch << " spoiled messages" << std::endl;
+  return batches;
 }
 
 }  // namespace bs_car_odometry::testing

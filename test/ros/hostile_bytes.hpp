@@ -26,8 +26,8 @@ class HostileBytes {
   simulation::Random random_;
 };
 
-/// How many spoiled messages a test sends that has this share of all of them:
-/// $BS_CAR_ODOMETRY_FUZZED_MESSAGES, a hundred thousand when it is not set.
-int spoiledMessages(double share);
+/// How many batches of so many spoiled messages a test sends that has this share of all of them:
+/// $BS_CAR_ODOMETRY_FUZZED_MESSAGES, a hundred thousand when it is not set. Prints the number of messages.
+int spoiledBatches(double share, int batch);
 
 }  // namespace bs_car_odometry::testing
