@@ -38,13 +38,14 @@ class Run:
         self.sound = process.returncode == 0
         self.output = process.stdout
         self.runs = self._last(r"number_of_executed_units: *(\d+)")
+        self.edges = self._last(r"cov: (\d+)")
 
     def _last(self, pattern):
         return int((re.findall(pattern, self.output) or [0])[-1])
 
     def __str__(self):
         return (f"{self.target}: {self.runs} runs, {self.runs / self.seconds:.0f} per second, "
-                f"{self._last(r'cov: (\d+)')} edges")
+                f"{self.edges} edges")
 
 
 def run_all(folder, limit):
