@@ -98,8 +98,7 @@ class BagFilter {
       rosbag::View view(*bags_[i], rosbag::TopicQuery(spellings));
       readMessages(options_.bags[i], [&] {
         for (auto message = view.begin(); message != view.end() && !adapter_.mountKnown(); ++message)
-          if (const auto transforms = transformsOf(*message))
-            adapter_.add(*transforms, options_.topics.matches(message->getTopic(), "tf_static"));
+          if (const auto transforms = transformsOf(*message)) adapter_.add(*transforms);
       });
     }
     if (!adapter_.mountKnown())

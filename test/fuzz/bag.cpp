@@ -50,7 +50,7 @@ void readOdometry(const rosbag::Bag& bag, InputSource input) {
 void readMount(const rosbag::Bag& bag) {
   LaserMountFinder finder("base_link", "laser");
   for (const rosbag::MessageInstance& message : rosbag::View(bag))
-    if (const auto transforms = tools::transformsOf(message)) finder.add(*transforms, true);
+    if (const auto transforms = tools::transformsOf(message)) finder.add(*transforms);
   require(!finder.mount() || finder.mount()->isFinite(), "the mount is finite");
 }
 

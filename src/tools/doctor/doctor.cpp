@@ -66,8 +66,7 @@ class Pass {
     if (names_.matches(topic, "laser_pose")) return give<geometry_msgs::PoseWithCovarianceStamped>(message);
     for (const Axle axle : kAllAxles)
       if (names_.matches(topic, std::string(name(axle)) + "_steering")) return giveAngle(axle, message);
-    if (const auto tf = transformsOf(message))
-      calibration_.add(*tf, topic.find("static") != std::string::npos);
+    if (const auto tf = transformsOf(message)) calibration_.add(*tf);
   }
 
   template <typename Message>
