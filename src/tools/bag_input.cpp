@@ -1,12 +1,16 @@
 #include "bag_input.hpp"
 
+#include "bag_structure.hpp"
 #include "tool.hpp"
+
+#include "bs_car_odometry/ros/transform_reader.hpp"
 
 #include <ros/serialization.h>
 
 #include <algorithm>
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
 
 namespace bs_car_odometry::tools {
 
@@ -39,11 +43,12 @@ std::map<std::string, std::string> typesByTopic(const rosbag::Bag& bag) {
 std::unique_ptr<rosbag::Bag> openBag(const std::string& path) {
   auto bag = std::make_unique<rosbag::Bag>();
   try {
+    checkBagStructure(path);
     bag->open(path, rosbag::bagmode::Read);
   } catch (const rosbag::BagUnindexedException&) {
     throw InputError(path + " has no index, as when recording was cut off: repair it with 'rosbag reindex " +
                      path + "'");
-  } catch (const rosbag::BagException& error) {
+  } catch (const std::runtime_error& error) {  // rosbag's own, or that of a time which is none
     if (beginsAsBag(path))
       throw InputError(path + " is cut off or damaged (" + error.what() +
                        "): what is left is kept by 'rosbag reindex " + path + "'");
@@ -64,6 +69,11 @@ void readMessages(const std::string& path, const std::function<void()>& read) {
   } catch (const ros::serialization::StreamOverrunException& error) {
     refuse(error);
   }
+}
+
+std::optional<tf2_msgs::TFMessage> transformsOf(const rosbag::MessageInstance& message) {
+  const auto bytes = message.instantiate<RawMessage<tf2_msgs::TFMessage>>();
+  return bytes ? readTransforms(*bytes) : std::nullopt;
 }
 
 void requireTopics(const rosbag::Bag& bag, const std::string& path, const std::vector<WantedTopic>& wanted) {

@@ -2,10 +2,12 @@
 
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
+#include <tf2_msgs/TFMessage.h>
 
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,9 @@ std::unique_ptr<rosbag::Bag> openBag(const std::string& path);
 /// Calls `read`, which goes through the messages of a bag.
 /// @throws InputError with the command that repairs the bag when a message cannot be read
 void readMessages(const std::string& path, const std::function<void()>& read);
+
+/// The transforms of a message of tf; none for another message, or when a length does not fit the bytes.
+std::optional<tf2_msgs::TFMessage> transformsOf(const rosbag::MessageInstance& message);
 
 /// Every topic of a bag with its type.
 std::map<std::string, std::string> typesByTopic(const rosbag::Bag& bag);

@@ -29,7 +29,9 @@ const std::string& CallerNames::of(const rosbag::MessageInstance& message) {
 }
 
 MessageReader::MessageReader(rosbag::View& view, const TopicNames& names)
-    : position_(view.begin()), end_(view.end()), front_steering_(names.spellings("front_steering")) {}
+    : position_(view.begin()), end_(view.end()), front_steering_(names.spellings("front_steering")) {
+  bytes_.reserve(1);  // so that an empty message is none at a null pointer, which roscpp would add to
+}
 
 bool MessageReader::read(BagMessage& message) {
   if (position_ == end_) return false;

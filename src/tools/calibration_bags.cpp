@@ -7,7 +7,6 @@
 #include "bs_car_odometry/ros/calibration_adapter.hpp"
 
 #include <rosbag/view.h>
-#include <tf2_msgs/TFMessage.h>
 
 #include <algorithm>
 #include <cmath>
@@ -97,8 +96,10 @@ class BagFilter {
     for (const std::string& name : options_.topics.spellings("tf")) spellings.push_back(name);
     for (std::size_t i = 0; i < bags_.size() && !adapter_.mountKnown(); ++i) {
       rosbag::View view(*bags_[i], rosbag::TopicQuery(spellings));
-      for (auto message = view.begin(); message != view.end() && !adapter_.mountKnown(); ++message)
-        if (const auto transforms = message->instantiate<tf2_msgs::TFMessage>()) adapter_.add(*transforms);
+      readMessages(options_.bags[i], [&] {
+        for (auto message = view.begin(); message != view.end() && !adapter_.mountKnown(); ++message)
+          if (const auto transforms = transformsOf(*message)) adapter_.add(*transforms);
+      });
     }
     if (!adapter_.mountKnown())
       throw InputError(listed(options_.bags) + ": " + adapter_.waitingForMount(ros::Time()));

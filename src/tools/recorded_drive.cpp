@@ -47,9 +47,12 @@ class DriveReader {
     if (!truth) drive.tracked_point = laserMount();
     const std::string truth_topic = truth ? "ground_truth" : "laser_pose";
     require(truth_topic, truth ? "nav_msgs/Odometry" : "geometry_msgs/PoseWithCovarianceStamped");
-    for (const rosbag::MessageInstance& message : rosbag::View(*bag_, query())) addInput(message, drive);
     const rosbag::TopicQuery truth_query(topics_.spellings(truth_topic));
-    for (const rosbag::MessageInstance& message : rosbag::View(*bag_, truth_query)) addTruth(message, drive);
+    readMessages(path_, [&] {
+      for (const rosbag::MessageInstance& message : rosbag::View(*bag_, query())) addInput(message, drive);
+      for (const rosbag::MessageInstance& message : rosbag::View(*bag_, truth_query))
+        addTruth(message, drive);
+    });
     sortTruth(drive);
     return drive;
   }

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -18,6 +20,15 @@ class Bytes : public ByteReader {
 
   std::size_t below(std::size_t count) { return value<std::uint8_t>() % count; }
   bool flag() { return below(2) != 0; }
+
+  /// Any number, and often one of those that a search finds late.
+  double number() {
+    using Limits = std::numeric_limits<double>;
+    constexpr double kRare[] = {Limits::quiet_NaN(),  Limits::infinity(), -Limits::infinity(), -0.0,
+                                Limits::denorm_min(), Limits::max()};
+    const std::size_t i = below(4 * std::size(kRare));
+    return i < std::size(kRare) ? kRare[i] : value<double>();
+  }
 };
 
 inline std::string textOf(const std::uint8_t* data, std::size_t size) {

@@ -8,10 +8,10 @@
 
 namespace bs_car_odometry::fuzz {
 
-/// A file for readers that open one by its name; in memory where the folder of temporary files is.
+/// A file for readers that open one by its name; kept in memory.
 class MemoryFile {
  public:
-  MemoryFile() : path_("/tmp/bs_car_odometry_fuzz_" + std::to_string(getpid())) {}
+  MemoryFile() : path_("/dev/shm/bs_car_odometry_fuzz_" + std::to_string(getpid())) {}
   ~MemoryFile() { std::remove(path_.c_str()); }
   MemoryFile(const MemoryFile&) = delete;
   MemoryFile& operator=(const MemoryFile&) = delete;

@@ -96,7 +96,7 @@ class Run {
     const Axle axle = bytes_.flag() ? Axle::kFront : Axle::kRear;
     const Time at = stamp();
     const double angle =
-        bytes_.flag() ? bytes_.value<double>() : 4e-5 * static_cast<double>(bytes_.value<std::int16_t>());
+        bytes_.flag() ? bytes_.number() : 4e-5 * static_cast<double>(bytes_.value<std::int16_t>());
     pipeline_.addSteering(axle, at, now_, angle);
   }
 
@@ -117,7 +117,7 @@ class Run {
   /// As far away as messages may put the car.
   void setPose() {
     constexpr double kFarthest = 1e9;
-    Pose2 pose{bytes_.value<double>(), bytes_.value<double>(), bytes_.value<double>()};
+    Pose2 pose{bytes_.number(), bytes_.number(), bytes_.number()};
     for (double* number : {&pose.x, &pose.y, &pose.yaw})
       *number = std::isfinite(*number) ? std::clamp(*number, -kFarthest, kFarthest) : 0.0;
     pipeline_.setPose(pose, diagonal(bytes_));

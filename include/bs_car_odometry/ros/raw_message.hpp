@@ -10,6 +10,7 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace bs_car_odometry {
@@ -26,6 +27,8 @@ struct RawMessage {
 class ByteReader {
  public:
   explicit ByteReader(const std::vector<std::uint8_t>& bytes) : next_(bytes.data()), left_(bytes.size()) {}
+  explicit ByteReader(std::string_view bytes)
+      : next_(reinterpret_cast<const std::uint8_t*>(bytes.data())), left_(bytes.size()) {}
 
   template <typename T>
   T value() {
@@ -35,7 +38,10 @@ class ByteReader {
     return value;
   }
 
-  std::string string() {
+  std::string string() { return std::string(block()); }
+
+  /// The bytes behind their length, where they are.
+  std::string_view block() {
     const auto length = value<std::uint32_t>();
     if (!skip(length)) return {};
     return {reinterpret_cast<const char*>(next_ - length), length};
@@ -57,6 +63,7 @@ class ByteReader {
   }
 
   bool sound() const { return sound_; }
+  std::size_t left() const { return left_; }
 
  private:
   const std::uint8_t* next_;

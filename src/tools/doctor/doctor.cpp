@@ -8,8 +8,6 @@
 
 #include "bs_car_odometry/ros/calibration_adapter.hpp"
 
-#include <tf2_msgs/TFMessage.h>
-
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -68,7 +66,7 @@ class Pass {
     if (names_.matches(topic, "laser_pose")) return give<geometry_msgs::PoseWithCovarianceStamped>(message);
     for (const Axle axle : kAllAxles)
       if (names_.matches(topic, std::string(name(axle)) + "_steering")) return giveAngle(axle, message);
-    if (const auto tf = message.instantiate<tf2_msgs::TFMessage>()) calibration_.add(*tf);
+    if (const auto tf = transformsOf(message)) calibration_.add(*tf);
   }
 
   template <typename Message>
