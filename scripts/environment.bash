@@ -26,3 +26,10 @@ source_setup() {
 if [[ -f /opt/ros/noetic/setup.bash ]]; then source_setup /opt/ros/noetic/setup.bash; fi
 
 say() { printf '%s\n' "$*" >&2; }
+
+# run_quietly NAME COMMAND...: what it says goes to .work/NAME.log, and is shown when it fails.
+run_quietly() {
+  local log=$work/$1.log
+  shift
+  "$@" >"$log" 2>&1 || { cat "$log" >&2; return 1; }
+}
