@@ -48,7 +48,7 @@ void setTransform(tf2::BufferCore& buffer, const geometry_msgs::TransformStamped
 
 }  // namespace
 
-LaserMountFinder::LaserMountFinder(std::string base_frame, std::string laser_frame)
+LaserMountFinder::LaserMountFinder(const std::string& base_frame, const std::string& laser_frame)
     : base_frame_(withoutSlash(base_frame)),
       laser_frame_(withoutSlash(laser_frame)),
       buffer_(std::make_unique<tf2::BufferCore>()) {}

@@ -1,4 +1,4 @@
-// N3, N4, N5: the odometry and its master, which the test starts and ends itself.
+// N3, N4, N5: the nodes and their master, which the test starts and ends itself.
 
 #include "child_process.hpp"
 #include "odometry_client.hpp"
@@ -57,6 +57,16 @@ std::unique_ptr<ChildProcess> startOdometry() {
   return std::make_unique<ChildProcess>(std::vector<std::string>{BS_CAR_ODOMETRY_NODE, "__name:=odometry"});
 }
 
+/// Its services are the last thing that it offers but for its inputs.
+std::unique_ptr<ChildProcess> startCalibration() {
+  setParameters("/calibration");
+  auto calibration = std::make_unique<ChildProcess>(
+      std::vector<std::string>{BS_CAR_ODOMETRY_CALIBRATION_NODE, "__name:=calibration"});
+  EXPECT_TRUE(waitFor([] { return ros::service::exists("/calibration/save", false); }))
+      << calibration->output();
+  return calibration;
+}
+
 /// Ends it as Ctrl-C does.
 void expectQuickExit(ChildProcess& process) {
   const ros::SteadyTime begin = ros::SteadyTime::now();
@@ -83,6 +93,14 @@ TEST_F(Master, N3_ends_within_two_seconds) {
   ASSERT_TRUE(client.connect()) << odometry->output();
   ASSERT_TRUE(client.step({0, 0, 0, 0}));
   expectQuickExit(*odometry);
+}
+
+TEST_F(Master, N3_the_calibration_ends_within_two_seconds) { expectQuickExit(*startCalibration()); }
+
+TEST_F(Master, N3_the_calibration_ends_within_two_seconds_when_the_master_is_gone) {
+  const auto calibration = startCalibration();
+  master_->kill();
+  expectQuickExit(*calibration);
 }
 
 TEST_F(Master, N3_ends_within_two_seconds_when_the_master_is_gone) {
@@ -158,6 +176,24 @@ TEST_F(Master, N5_data_keep_flowing_when_the_master_restarts) {
   master_ = startMaster();
   drivesUntilItSays("does not know this node");
   expectQuickExit(*odometry);
+}
+
+TEST_F(Master, N5_the_calibration_says_that_the_master_restarts) {
+  const auto calibration = startCalibration();
+  DiagnosticsListener diagnostics;
+  const std::string name = "bs_car_odometry: Calibration";
+  // The connection of /diagnostics must be there before the master goes.
+  ASSERT_TRUE(waitFor([&] { return !diagnostics.timesOf(name).empty(); })) << calibration->output();
+  const auto expectThatItSays = [&](const std::string& text) {
+    // An error, as nobody drives.
+    EXPECT_TRUE(diagnostics.waitForStatus(name, diagnostic_msgs::DiagnosticStatus::ERROR, text));
+    EXPECT_TRUE(calibration->waitForOutput(text)) << calibration->output();
+  };
+  master_->kill();
+  expectThatItSays("the master does not answer");
+  master_ = startMaster();
+  expectThatItSays("does not know this node");
+  expectQuickExit(*calibration);
 }
 
 }  // namespace

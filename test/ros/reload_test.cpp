@@ -8,19 +8,12 @@
 #include <nodelet/NodeletLoad.h>
 #include <nodelet/NodeletUnload.h>
 
-#include <atomic>
 #include <iostream>
-#include <mutex>
-#include <thread>
 
 namespace bs_car_odometry::testing {
 namespace {
 
 constexpr double kRate = 1000.0;  // Hz
-ros::Publisher steering_{node_.advertise<SteeringAngle>("front_steering", 100)};
-std::atomic<bool> stopped_{false};
-std::thread thread_;
-};
 
 class Reload : public ::testing::Test {
  protected:

@@ -11,7 +11,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <thread>
 
 namespace bs_car_odometry::testing {
 namespace {
@@ -22,8 +21,6 @@ constexpr double kCallRate = 100.0;   // Hz
 constexpr int kCalls = 1000;
 constexpr double kInitialX = 1.0;
 constexpr double kInitialY = -2.0;  // as in the launch file, where the heading is 0
-std::thread thread_;
-};
 
 /// Poses are set to (10 k, k): y says which, x how many steps ago.
 struct Place {

@@ -23,7 +23,7 @@ namespace bs_car_odometry {
 /// Where the laser sits, from tf. Mounts do not move: the first answer holds.
 class LaserMountFinder {
  public:
-  LaserMountFinder(std::string base_frame, std::string laser_frame);
+  LaserMountFinder(const std::string& base_frame, const std::string& laser_frame);
   ~LaserMountFinder();
   LaserMountFinder(const LaserMountFinder&) = delete;
   LaserMountFinder& operator=(const LaserMountFinder&) = delete;
