@@ -40,7 +40,7 @@ def figure_of(case):
 
 
 def merged(figures):
-    """Figures of one test's parameters as one: numbers that differ become the range of them."""
+    """Figures that say the same, as those of a test with parameters do, as one: numbers that differ become their range."""
     groups = {}
     for figure in figures:
         groups.setdefault(NUMBER.sub("#", figure), []).append(NUMBER.findall(figure))
@@ -111,7 +111,7 @@ def table(rows, results):
     lines = ["| row | tests | result | figure |", "| --- | --- | --- | --- |"]
     for row in rows:
         tests = results.get(row, {})
-        figures = "; ".join(filter(None, (merged(test.figures) for test in tests.values())))
+        figures = merged([figure for test in tests.values() for figure in test.figures])
         lines.append(f"| {row} | {names_of(tests)} | {result_of(tests)} | {figures.replace('|', '/')} |")
     return lines
 
