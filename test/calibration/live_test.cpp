@@ -256,7 +256,8 @@ TEST(Live, C8_aPoseIsTakenAtItsStampHoweverLateItComes) {
     }
     EXPECT_EQ(late.counts().dropped, 0u);
   }
-  recordFigure("0.1 and 1.9 s late: gains within %g of those by prompt poses", roundedUp(largest));
+  recordFigure("0.1 and 1.9 s late: gains differ by %g at most from those by prompt poses",
+               roundedUp(largest));
 }
 
 TEST(Live, C8_poses100MillisecondsLateMoveNoGain) {

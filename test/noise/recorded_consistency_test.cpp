@@ -140,8 +140,8 @@ TEST_F(RecordedDrives, O4_endsAreWhereTheCovarianceSays) {
     std::cout << noise.name << ": " << noise.value << " +/- " << noise.std << "\n";
   EXPECT_EQ(judged().fit.recordings, 11u);
   expectTargets(judged());
-  recordFigure("46 recorded runs: largest squared Mahalanobis distance of an end %.1f",
-               largest(judged().runs, &JudgedRun::without_run));
+  recordFigure("46 recorded runs, noise of the other recordings: largest squared Mahalanobis distance %.1f",
+               largest(judged().runs, &JudgedRun::without_recording));
 }
 
 /// What is found does not hang on where the paths are compared, nor on the heading of the first true pose.
