@@ -1,6 +1,7 @@
 #include "bs_car_odometry/calibration/dead_reckoning.hpp"
 
 #include "bs_car_odometry/calibration/planar.hpp"
+#include "bs_car_odometry/parameters/configuration.hpp"
 
 #include <Eigen/Cholesky>
 
@@ -25,7 +26,9 @@ MotionMatrix rootOf(const ParameterMatrix& covariance) {
 }  // namespace
 
 DeadReckoning::DeadReckoning(const Parameters& parameters)
-    : model_(parameters), root_(priorDeviations(parameters).head<kMotionCount>().asDiagonal()) {}
+    : configuration_(toConfiguration(parameters)),
+      model_(parameters),
+      root_(priorDeviations(parameters).head<kMotionCount>().asDiagonal()) {}
 
 void DeadReckoning::start() {
   begun_ = false;
@@ -67,16 +70,32 @@ std::optional<DeadReckonedPose> DeadReckoning::next() {
   result.stamp = update.stamp;
   result.twist_covariance = update.estimate.twist_covariance;
   result.twist = update.estimate.twist;
+  const MeasuredStep& step = waiting_.front().step;
   MotionSegment segment;
-  model_.extend(waiting_.front().step, segment);
-  if (update.report.interval > 0.0 && !update.estimate.twist.isZero(0.0)) result.twist = segment.twist;
-  move(segment);
+  model_.extend(step, segment);
+  if (isPlausible(step.span, segment)) {
+    if (update.report.interval > 0.0 && !update.estimate.twist.isZero(0.0)) result.twist = segment.twist;
+    move(segment);
+  } else {
+    stayUnseen(step.span);
+  }
   result.pose = pose_;
   const Eigen::Matrix3d covariance = noise_ + sensitivity_ * sensitivity_.transpose();
   result.covariance = 0.5 * (covariance + covariance.transpose());
   result.step = waiting_.front().step;
   waiting_.pop_front();
   return result;
+}
+
+/// Wheels and angles that contradict each other can fit, with these parameters, to a motion that is longer
+/// than any that the odometry has let pass.
+bool DeadReckoning::isPlausible(const TimeSpan& span, const MotionSegment& segment) const {
+  return segment.motion.position().norm() <= longestStep(configuration_.limits, span.end - span.begin);
+}
+
+/// The pose stays, and may be anywhere around.
+void DeadReckoning::stayUnseen(const TimeSpan& span) {
+  noise_.diagonal() += unseenMotion(configuration_, span.end - span.begin + kStampJitter);
 }
 
 void DeadReckoning::move(const MotionSegment& segment) {

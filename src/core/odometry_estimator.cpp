@@ -57,6 +57,11 @@ PerWheel<bool> wheelsUsed(const Vehicle& vehicle, const OdometryOptions& options
   return used;
 }
 
+double longestStep(const InputLimits& limits, Duration interval) {
+  constexpr double kPlausibleExcess = 1.5;
+  return limits.max_speed * (kPlausibleExcess * toSeconds(interval) + toSeconds(kStampJitter));
+}
+
 Eigen::Vector3d unseenMotion(const OdometryConfiguration& configuration, Duration interval) {
   const double distance = configuration.limits.max_speed * toSeconds(interval);
   const double turn = std::min(distance / configuration.vehicle.wheelbase, M_PI);

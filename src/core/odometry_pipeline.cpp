@@ -15,11 +15,6 @@ namespace {
 /// Wheel messages that may wait for steering: at 1 kHz as long as steering_wait may be.
 constexpr std::size_t kMostWaiting = 2048;
 
-/// A travel is implausible beyond this multiple of what max_speed allows in the interval, and the jitter of
-/// stamps, which shortens an interval without shortening the travel [s].
-constexpr double kPlausibleExcess = 1.5;
-constexpr double kStampJitter = 0.01;
-
 /// In the order of `systematic`.
 Eigen::Matrix<double, systematic::kCount, 1> systematicValues(const OdometryCalibration& calibration) {
   const PerAxle<AxleGains>& gains = calibration.gains;
@@ -174,20 +169,16 @@ PerWheel<double> OdometryPipeline::travels(const WheelCounts& from, const WheelC
   return travels;
 }
 
-/// How far anything of the car can have come [m].
-double OdometryPipeline::longestStep(Duration interval) const {
-  return configuration_.limits.max_speed * (kPlausibleExcess * toSeconds(interval) + kStampJitter);
-}
-
 /// Of what was read last. Wheels that contradict each other and the angles can fit to a motion that is longer
 /// than that of any of them.
 bool OdometryPipeline::isPlausible(Duration interval) const {
-  return estimator_.lastIncrement().motion.head<2>().norm() <= longestStep(interval);
+  const double longest = longestStep(configuration_.limits, interval);
+  return estimator_.lastIncrement().motion.head<2>().norm() <= longest;
 }
 
 PerWheel<bool> OdometryPipeline::jumps(const WheelCounts& from, const WheelCounts& to,
                                        Duration interval) const {
-  const double longest = longestStep(interval);
+  const double longest = longestStep(configuration_.limits, interval);
   const PerWheel<double> travels = this->travels(from, to);
   PerWheel<bool> jumps;
   for (const Wheel wheel : kAllWheels) jumps[wheel] = std::abs(travels[wheel]) > longest;
@@ -301,7 +292,7 @@ void OdometryPipeline::move(const WheelCounts& counts) {
   const StepReadings readings = read(measured, interval.has_value());
   const Duration known = span ? span->end - span->begin : configuration_.limits.max_gap;
   const bool plausible = isPlausible(known);
-  if (!plausible) estimator_.refuseStep(known + durationFromSeconds(kStampJitter));
+  if (!plausible) estimator_.refuseStep(known + kStampJitter);
   if (!plausible || !estimator_.move(readings, interval)) {
     // What was not finite must not leave by the report either.
     ++counts_.refused_states;

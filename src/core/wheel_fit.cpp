@@ -215,7 +215,7 @@ FitCovariance WheelFit::weighting(const Solved& solved, const StepReadings& read
 
 WheelFit::Solved WheelFit::solve(const StepReadings& readings) const {
   const SteeringAngles angles = readings.mean();
-  Solved solved;
+  Solved solved{};
   solved.rear_slope = shared_sensor_ ? vehicle_.rear_steering.slope(angles.front) : 0.0;
   solved.believed = believed(readings);
   solved.equations = fitEquations(geometry_, angles);

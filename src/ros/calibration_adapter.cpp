@@ -49,7 +49,10 @@ JointVerdicts CalibrationAdapter::add(const RawJointState& message, const ros::T
 
 LaserVerdict CalibrationAdapter::add(const geometry_msgs::PoseWithCovarianceStamped& message,
                                      const ros::Time& receipt) {
-  const LaserVerdict verdict = addLaser(message, receipt);
+  return count(addLaser(message, receipt));
+}
+
+LaserVerdict CalibrationAdapter::count(LaserVerdict verdict) {
   ++laser_counts_.messages;
   ++laser_counts_.verdicts[static_cast<std::size_t>(verdict)];
   return verdict;
@@ -67,9 +70,9 @@ LaserVerdict CalibrationAdapter::addLaser(const geometry_msgs::PoseWithCovarianc
   return calibrator_->add(std::get<LaserPose>(read));
 }
 
-void CalibrationAdapter::add(const tf2_msgs::TFMessage& message, bool is_static) {
+void CalibrationAdapter::add(const tf2_msgs::TFMessage& message) {
   if (!mount_finder_) return;
-  mount_finder_->add(message, is_static);
+  mount_finder_->add(message);
   if (mount_finder_->mount()) takeMount(*mount_finder_->mount());
 }
 

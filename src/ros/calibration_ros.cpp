@@ -5,6 +5,7 @@
 #include "bs_car_odometry/calibration/observability.hpp"
 #include "bs_car_odometry/calibration/result_file.hpp"
 #include "bs_car_odometry/ros/calibration_messages.hpp"
+#include "bs_car_odometry/ros/checked_message.hpp"
 #include "bs_car_odometry/ros/conversions.hpp"
 #include "bs_car_odometry/ros/odometry_ros.hpp"
 #include "bs_car_odometry/ros/transform_reader.hpp"
@@ -87,15 +88,21 @@ void CalibrationRos::subscribe() {
 
 void CalibrationRos::subscribeSteering(Axle axle) {
   const char* topic = axle == Axle::kFront ? "front_steering" : "rear_steering";
-  subscribeTo<SteeringAngle>(topic, [this, axle, topic](const SteeringAngle& message, const Sender& sender) {
-    receive([&](const ros::Time& now) { warn(topic, adapter_.add(axle, message, now, sender)); });
+  using Message = CheckedMessage<SteeringAngle>;
+  subscribeTo<Message>(topic, [this, axle, topic](const Message& message, const Sender& sender) {
+    receive([&](const ros::Time& now) {
+      warn(topic, message.whole ? adapter_.add(axle, message.content, now, sender) : adapter_.addCut());
+    });
   });
 }
 
 void CalibrationRos::subscribeWheels() {
-  subscribeTo<WheelTicks>("wheel_ticks", [this](const WheelTicks& message, const Sender& sender) {
+  using Message = CheckedMessage<WheelTicks>;
+  subscribeTo<Message>("wheel_ticks", [this](const Message& message, const Sender& sender) {
     diagnostics_.noteWheels();
-    receive([&](const ros::Time& now) { warn("wheel_ticks", adapter_.add(message, now, sender)); });
+    receive([&](const ros::Time& now) {
+      warn("wheel_ticks", message.whole ? adapter_.add(message.content, now, sender) : adapter_.addCut());
+    });
   });
 }
 
@@ -110,22 +117,22 @@ void CalibrationRos::subscribeJoints() {
 }
 
 void CalibrationRos::subscribeLaser() {
-  subscribeTo<geometry_msgs::PoseWithCovarianceStamped>(
-      "laser_pose",
-      [this](const geometry_msgs::PoseWithCovarianceStamped& message, const Sender& /*sender*/) {
-        diagnostics_.noteLaser();
-        receive([&](const ros::Time& now) { warn(adapter_.add(message, now), now); });
-      });
+  using Message = CheckedMessage<geometry_msgs::PoseWithCovarianceStamped>;
+  subscribeTo<Message>("laser_pose", [this](const Message& message, const Sender& /*sender*/) {
+    diagnostics_.noteLaser();
+    receive([&](const ros::Time& now) {
+      warn(message.whole ? adapter_.add(message.content, now) : adapter_.addCutLaser(), now);
+    });
+  });
 }
 
 void CalibrationRos::subscribeTransforms() {
   if (adapter_.mountKnown()) return;
-  for (const bool is_static : {true, false})
+  for (const char* topic : {"/tf_static", "/tf"})
     subscribeTo<RawMessage<tf2_msgs::TFMessage>>(
-        is_static ? "/tf_static" : "/tf",
-        [this, is_static](const RawMessage<tf2_msgs::TFMessage>& message, const Sender& /*sender*/) {
+        topic, [this](const RawMessage<tf2_msgs::TFMessage>& message, const Sender& /*sender*/) {
           if (adapter_.mountKnown()) return;
-          if (const auto transforms = readTransforms(message)) adapter_.add(*transforms, is_static);
+          if (const auto transforms = readTransforms(message)) adapter_.add(*transforms);
           if (adapter_.mountKnown()) resume();
         });
 }

@@ -6,7 +6,7 @@
 #include <tf2/exceptions.h>
 #include <Eigen/Eigenvalues>
 
-#include <stdexcept>
+#include <cmath>
 #include <utility>
 
 namespace bs_car_odometry {
@@ -22,6 +22,10 @@ constexpr double kSmallestVariance =
 constexpr double kFarthest = 1e9;  // m, as far as a pose may be anywhere else in the package
 constexpr double kSmallestEigenvalue = 1e-9;    // of the correlation matrix
 constexpr const char* kAuthority = "recorded";  // tf wants to know whose transforms these are
+constexpr std::size_t kMostFrames = 1000;       // tf keeps every frame that was ever named
+constexpr std::size_t kLongestName = 256;       // characters
+constexpr double kUnitTolerance = 0.0099;       // of a quaternion's squared norm; tf has 0.01
+constexpr double kFarthestMount = 100.0;        // m, as laser/x and laser/y
 
 std::string withoutSlash(const std::string& frame) {
   return !frame.empty() && frame.front() == '/' ? frame.substr(1) : frame;
@@ -37,13 +41,17 @@ bool isPositiveDefinite(const Eigen::Matrix3d& matrix) {
   return solver.eigenvalues().minCoeff() >= kSmallestEigenvalue;
 }
 
-/// Stamps at the end of their range make tf's arithmetic throw.
-void setTransform(tf2::BufferCore& buffer, const geometry_msgs::TransformStamped& transform, bool is_static) {
-  try {
-    buffer.setTransform(transform, kAuthority, is_static);
-  } catch (const std::runtime_error&) {
-    // As good as absent.
-  }
+bool isName(const std::string& frame) { return !frame.empty() && frame.size() <= kLongestName; }
+
+/// tf refuses what is not, too, but with a line in the log for each.
+bool isLink(const geometry_msgs::TransformStamped& link) {
+  const std::string parent = withoutSlash(link.header.frame_id);
+  const std::string child = withoutSlash(link.child_frame_id);
+  const auto& t = link.transform.translation;
+  const auto& q = link.transform.rotation;
+  const double norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+  return isName(parent) && isName(child) && parent != child && std::isfinite(t.x) && std::isfinite(t.y) &&
+         std::isfinite(t.z) && std::abs(norm - 1.0) <= kUnitTolerance;
 }
 
 }  // namespace
@@ -55,10 +63,23 @@ LaserMountFinder::LaserMountFinder(const std::string& base_frame, const std::str
 
 LaserMountFinder::~LaserMountFinder() = default;
 
-void LaserMountFinder::add(const tf2_msgs::TFMessage& message, bool is_static) {
+/// Mounts do not move, so that every link is a static one: their stamps do not matter, which tf's arithmetic
+/// cannot bear at the end of their range and which it complains of, in the log, when they are old.
+void LaserMountFinder::add(const tf2_msgs::TFMessage& message) {
   if (mount_) return;
-  for (const geometry_msgs::TransformStamped& transform : message.transforms)
-    setTransform(*buffer_, transform, is_static);
+  for (const geometry_msgs::TransformStamped& link : message.transforms)
+    if (isLink(link) && hasRoomFor(link.header.frame_id) && hasRoomFor(link.child_frame_id))
+      buffer_->setTransform(link, kAuthority, true);
+  mount_ = find();
+}
+
+/// True for the frames that came first.
+bool LaserMountFinder::hasRoomFor(const std::string& frame) {
+  if (frames_.size() < kMostFrames) frames_.insert(frame);
+  return frames_.count(frame) > 0;
+}
+
+std::optional<Pose2> LaserMountFinder::find() const {
   try {
     const geometry_msgs::Transform found =
         buffer_->lookupTransform(base_frame_, laser_frame_, ros::Time()).transform;
@@ -66,9 +87,10 @@ void LaserMountFinder::add(const tf2_msgs::TFMessage& message, bool is_static) {
     pose.position.x = found.translation.x;
     pose.position.y = found.translation.y;
     pose.orientation = found.rotation;
-    mount_ = toPose(pose);
+    const std::optional<Pose2> mount = toPose(pose);
+    return mount && mount->position().norm() <= kFarthestMount ? mount : std::nullopt;
   } catch (const tf2::TransformException&) {
-    // Not yet: the frames may come in pieces.
+    return std::nullopt;  // Not yet: the frames may come in pieces.
   }
 }
 

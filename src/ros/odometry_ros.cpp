@@ -20,9 +20,13 @@ namespace {
 constexpr std::uint32_t kQueueSize = 200;  // bounded: a slow moment is caught up, a flood is not hoarded
 constexpr double kParticlePeriod = 0.1;    // [s] of wall time, enough for the eye
 
+/// Why set_pose and calibration refuse a message that is none.
+constexpr const char* kCut = "it is shorter than its lengths claim";
+
+/// Zero where the message has none.
 template <typename Message>
-const ros::Time& stampOf(const Message& message) {
-  return message.header.stamp;
+const ros::Time& stampOf(const CheckedMessage<Message>& message) {
+  return message.content.header.stamp;
 }
 
 ros::Time stampOf(const RawJointState& message) {
@@ -127,14 +131,16 @@ void OdometryRos::subscribeTo(const char* topic, const Add& add) {
 
 void OdometryRos::subscribeSteering(Axle axle) {
   const char* topic = axle == Axle::kFront ? "front_steering" : "rear_steering";
-  subscribeTo<SteeringAngle>(topic, [this, axle](const auto& message, const auto& now, const auto& sender) {
-    return adapter_.add(axle, message, now, sender);
+  using Message = CheckedMessage<SteeringAngle>;
+  subscribeTo<Message>(topic, [this, axle](const Message& message, const auto& now, const auto& sender) {
+    return message.whole ? adapter_.add(axle, message.content, now, sender) : adapter_.addCut();
   });
 }
 
 void OdometryRos::subscribeWheels() {
-  subscribeTo<WheelTicks>("wheel_ticks", [this](const auto& message, const auto& now, const auto& sender) {
-    const Verdict verdict = adapter_.add(message, now, sender);
+  using Message = CheckedMessage<WheelTicks>;
+  subscribeTo<Message>("wheel_ticks", [this](const Message& message, const auto& now, const auto& sender) {
+    const Verdict verdict = message.whole ? adapter_.add(message.content, now, sender) : adapter_.addCut();
     if (verdict != Verdict::kRivalPublisher) diagnostics_.noteWheels();
     return verdict;
   });
@@ -259,9 +265,9 @@ void OdometryRos::publishParticles(const OdometryUpdate& update) {
   particles_publisher_.publish(particles);
 }
 
-void OdometryRos::onSetPose(const geometry_msgs::PoseWithCovarianceStamped& message) {
+void OdometryRos::onSetPose(const CheckedMessage<geometry_msgs::PoseWithCovarianceStamped>& message) {
   publishUpdates(ros::Time::now());
-  const std::string refused = adapter_.setPose(message);
+  const std::string refused = message.whole ? adapter_.setPose(message.content) : kCut;
   if (refused.empty()) {
     if (pose_set_log_.isDue()) ROS_INFO("the pose was set");
   } else if (pose_refused_log_.isDue()) {
@@ -269,11 +275,11 @@ void OdometryRos::onSetPose(const geometry_msgs::PoseWithCovarianceStamped& mess
   }
 }
 
-void OdometryRos::onCalibration(const CalibrationState& message) {
+void OdometryRos::onCalibration(const CheckedMessage<CalibrationState>& message) {
   using Level = diagnostic_msgs::DiagnosticStatus;
   publishUpdates(ros::Time::now());
   const std::uint64_t before = adapter_.acceptance().taken();
-  const std::string refused = adapter_.add(message);
+  const std::string refused = message.whole ? adapter_.add(message.content) : kCut;
   if (!refused.empty()) {
     if (calibration_refused_log_.isDue()) ROS_WARN_STREAM("message on calibration refused: " << refused);
     diagnostics_.setCalibration(Level::WARN, "message on calibration refused: " + refused);

@@ -98,8 +98,7 @@ class BagFilter {
     for (std::size_t i = 0; i < bags_.size() && !adapter_.mountKnown(); ++i) {
       rosbag::View view(*bags_[i], rosbag::TopicQuery(spellings));
       for (auto message = view.begin(); message != view.end() && !adapter_.mountKnown(); ++message)
-        if (const auto transforms = message->instantiate<tf2_msgs::TFMessage>())
-          adapter_.add(*transforms, options_.topics.matches(message->getTopic(), "tf_static"));
+        if (const auto transforms = message->instantiate<tf2_msgs::TFMessage>()) adapter_.add(*transforms);
     }
     if (!adapter_.mountKnown())
       throw InputError(listed(options_.bags) + ": " + adapter_.waitingForMount(ros::Time()));

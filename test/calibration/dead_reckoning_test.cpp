@@ -77,6 +77,33 @@ TEST(DeadReckoning, goesOnWithoutAJumpWhateverTheLaserAndTheGainsDo) {
   }
 }
 
+/// What the odometry's own fit lets pass, another with other gains may not.
+TEST(DeadReckoning, O1_noStepIsLongerThanMaxSpeedAllows) {
+  const CarSettings settings = driveOf("slalom_eight", 2);
+  Reckoned reckoned(settings);
+  OdometryUpdate newest{};
+  reckoned.car.setListener([&](const OdometryUpdate& update) {
+    newest = update;
+    reckoned.reckoning.add(update);
+    reckoned.take();
+  });
+  reckoned.car.driveUntil(5.0, reckoned.calibrator);
+  const DeadReckonedPose before = reckoned.poses.back();
+  ASSERT_EQ(before.stamp, newest.stamp);
+  newest.step->span = {newest.stamp, newest.stamp + std::chrono::milliseconds(20)};
+  newest.stamp = newest.step->span.end;
+  const double travel = 1.5 * longestStep(settings.parameters.limits, std::chrono::milliseconds(20));
+  newest.step->readings.travel.values.fill(travel);
+  reckoned.reckoning.add(newest);
+  reckoned.take();
+  const DeadReckonedPose& after = reckoned.poses.back();
+  ASSERT_EQ(after.stamp, newest.stamp);
+  EXPECT_EQ(after.pose.vector(), before.pose.vector());
+  const double unseen = std::pow(settings.parameters.limits.max_speed * 0.02, 2);
+  EXPECT_GT(after.covariance(0, 0), before.covariance(0, 0) + unseen);
+  EXPECT_GT(after.covariance(1, 1), before.covariance(1, 1) + unseen);
+}
+
 /// 50 drives: the squared distance of the end from the truth by the covariance has mean 3 or, since that is
 /// an upper bound, less; without the share of the gains it would be far more.
 TEST(DeadReckoning, itsCovarianceCoversItsErrors) {

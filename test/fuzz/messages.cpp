@@ -46,8 +46,7 @@ void readTransforms(const std::vector<std::uint8_t>& rest) {
   const auto transforms = bs_car_odometry::readTransforms(RawMessage<tf2_msgs::TFMessage>{rest});
   if (!transforms) return;
   LaserMountFinder finder("base_link", "laser");
-  finder.add(*transforms, true);
-  finder.add(*transforms, false);
+  finder.add(*transforms);
   require(!finder.mount() || finder.mount()->isFinite(), "the mount is finite");
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "bs_car_odometry/ros/traits_of.hpp"
+
 #include <ros/message_traits.h>
 #include <ros/serialization.h>
 
@@ -28,20 +30,14 @@ std::vector<std::uint8_t> bytesOf(const Message& message) {
 namespace ros {
 namespace message_traits {
 template <typename Message>
-struct MD5Sum<bs_car_odometry::testing::AnyBytes<Message>> {
-  static const char* value(const bs_car_odometry::testing::AnyBytes<Message>& /*message*/) { return value(); }
-  static const char* value() { return MD5Sum<Message>::value(); }
-};
+struct MD5Sum<bs_car_odometry::testing::AnyBytes<Message>>
+    : bs_car_odometry::TraitOf<MD5Sum, Message, bs_car_odometry::testing::AnyBytes<Message>> {};
 template <typename Message>
-struct DataType<bs_car_odometry::testing::AnyBytes<Message>> {
-  static const char* value(const bs_car_odometry::testing::AnyBytes<Message>& /*message*/) { return value(); }
-  static const char* value() { return DataType<Message>::value(); }
-};
+struct DataType<bs_car_odometry::testing::AnyBytes<Message>>
+    : bs_car_odometry::TraitOf<DataType, Message, bs_car_odometry::testing::AnyBytes<Message>> {};
 template <typename Message>
-struct Definition<bs_car_odometry::testing::AnyBytes<Message>> {
-  static const char* value(const bs_car_odometry::testing::AnyBytes<Message>& /*message*/) { return value(); }
-  static const char* value() { return Definition<Message>::value(); }
-};
+struct Definition<bs_car_odometry::testing::AnyBytes<Message>>
+    : bs_car_odometry::TraitOf<Definition, Message, bs_car_odometry::testing::AnyBytes<Message>> {};
 }  // namespace message_traits
 namespace serialization {
 template <typename Message>

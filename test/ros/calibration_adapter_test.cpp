@@ -150,14 +150,14 @@ TEST(LaserMount, C9_isPutTogetherFromPiecesOfTf) {
   parameters.laser.frame = "laser";
   CalibrationAdapter adapter(parameters);
   EXPECT_EQ(adapter.add(poseMessage(100.0), ros::Time(100.5)), LaserVerdict::kNoMount);
-  adapter.add(transform("mast", "laser", 1.0, 0.25), true);
+  adapter.add(transform("mast", "laser", 1.0, 0.25));
   EXPECT_FALSE(adapter.mountKnown());
   const std::string waiting = adapter.waitingForMount(ros::Time(102.0));
   EXPECT_THAT(waiting, HasSubstr("'base_link' to 'laser'"));
   EXPECT_THAT(waiting, HasSubstr("stamp 100.000, 1.5 s ago"));
   EXPECT_EQ(adapter.calibrator().counts().dropped + adapter.calibrator().counts().used, 0u)
       << "no pose is taken with a mount that is made up";
-  adapter.add(transform("base_link", "mast", 0.5, M_PI / 2.0), false);
+  adapter.add(transform("base_link", "mast", 0.5, M_PI / 2.0));
   ASSERT_TRUE(adapter.mountKnown());
   EXPECT_EQ(adapter.waitingForMount(ros::Time(102.0)), "");
   EXPECT_NEAR(adapter.parameters().laser.x, 0.5, 1e-12);
@@ -171,7 +171,7 @@ TEST(LaserMount, C9_transformsThatAreNoneAreAsGoodAsAbsent) {
   Parameters parameters = cycab();
   parameters.laser.frame = "laser";
   CalibrationAdapter adapter(parameters);
-  adapter.add(transform("base_link", "laser", kNan, 0.0), true);
+  adapter.add(transform("base_link", "laser", kNan, 0.0));
   EXPECT_FALSE(adapter.mountKnown());
 }
 

@@ -91,8 +91,8 @@ void CalibrationClient::publish(const SimulatedMessage& message) {
   } else if (const auto* angle = std::get_if<SteeringAngle>(&message.content)) {
     steering_.publish(*angle);
   } else if (const auto* laser = std::get_if<LaserMessage>(&message.content)) {
-    laser_.publish(inMovedMap(*laser, map_));
-    newest_laser_ = laser->header.stamp;
+    newest_laser_ = inMovedMap(*laser, map_);
+    laser_.publish(newest_laser_);
   }
 }
 
@@ -104,11 +104,11 @@ bool CalibrationClient::drive(SimulatedDrive& drive, double seconds) {
     const ros::Time now = toRos(message->receipt);
     if (!begin) begin = heard = now;
     if ((now - *begin).toSec() > seconds) break;
-    if ((now - heard).toSec() < kAhead || newest_laser_.isZero()) continue;
-    if (!waitForState(newest_laser_ - ros::Duration(0.2))) return false;
+    if ((now - heard).toSec() < kAhead || newest_laser_.header.stamp.isZero()) continue;
+    if (!waitForState(newest_laser_.header.stamp - ros::Duration(0.2))) return false;
     heard = now;
   }
-  return waitForState(newest_laser_ - ros::Duration(0.2));
+  return waitForState(newest_laser_.header.stamp - ros::Duration(0.2));
 }
 
 bool CalibrationClient::waitForState(const ros::Time& stamp) {

@@ -47,6 +47,8 @@ class CalibrationClient {
   void send(const LaserMessage& message) { laser_.publish(message); }
   /// Stamp of the newest wheels that were sent.
   const ros::Time& newestWheels() const { return newest_wheels_; }
+  /// Newest laser pose of the drive that was sent.
+  const LaserMessage& newestLaser() const { return newest_laser_; }
 
   /// Calls ~start, ~reset or ~save.
   std_srvs::Trigger::Response call(const std::string& service);
@@ -72,7 +74,7 @@ class CalibrationClient {
   std::optional<CalibrationState> state_;
   std::vector<nav_msgs::Odometry> odometry_;
   ros::Time newest_wheels_;
-  ros::Time newest_laser_;
+  LaserMessage newest_laser_;
   Pose2 map_;
 };
 

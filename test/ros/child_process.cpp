@@ -14,8 +14,6 @@ namespace bs_car_odometry::testing {
 
 namespace {
 
-constexpr int kPollPeriod = 20;  // ms
-
 using SteadyClock = std::chrono::steady_clock;
 
 SteadyClock::time_point deadlineIn(double seconds) {
@@ -55,12 +53,19 @@ ChildProcess::~ChildProcess() {
   ::close(pipe_);
 }
 
-void ChildProcess::readOutput() {
+/// False when nothing came within the patience [ms].
+bool ChildProcess::readOutput(int patience) {
   pollfd waiting{pipe_, POLLIN, 0};
-  if (::poll(&waiting, 1, kPollPeriod) <= 0) return;
+  if (::poll(&waiting, 1, patience) <= 0) return false;
   std::array<char, 4096> text{};
   const ssize_t length = ::read(pipe_, text.data(), text.size());
   if (length > 0) output_.append(text.data(), static_cast<std::size_t>(length));
+  return length > 0;
+}
+
+void ChildProcess::readWritten() {
+  while (readOutput(0)) {
+  }
 }
 
 bool ChildProcess::waitForOutput(const std::string& text, double seconds) {

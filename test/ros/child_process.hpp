@@ -20,6 +20,9 @@ class ChildProcess {
   /// True once the output holds the text.
   bool waitForOutput(const std::string& text, double seconds = 20.0);
 
+  /// Reads what has been written so far: a process that writes waits once the pipe is full.
+  void readWritten();
+
   /// Exit status; none when it did not end by itself in time, or by a signal.
   std::optional<int> waitForExit(double seconds = 20.0);
 
@@ -37,7 +40,9 @@ class ChildProcess {
   const std::string& output() const { return output_; }
 
  private:
-  void readOutput();
+  static constexpr int kPollPeriod = 20;  // ms
+
+  bool readOutput(int patience = kPollPeriod);
 
   pid_t process_{-1};
   int pipe_{-1};

@@ -149,6 +149,11 @@ std::size_t LogListener::count(const std::string& text, int level) const {
       }));
 }
 
+std::size_t LogListener::countOf(const std::string& node) const {
+  return static_cast<std::size_t>(std::count_if(
+      lines_.begin(), lines_.end(), [&](const rosgraph_msgs::Log& line) { return line.name == node; }));
+}
+
 bool LogListener::waitForLine(const std::string& text, int level, double seconds) {
   return waitFor([&] { return count(text, level) > 0; }, seconds);
 }

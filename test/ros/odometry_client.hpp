@@ -123,6 +123,7 @@ class LogListener {
 
   /// Lines of at least this level that hold the text so far.
   std::size_t count(const std::string& text, int level) const;
+  std::size_t countOf(const std::string& node) const;
 
   /// Waits for such a line.
   bool waitForLine(const std::string& text, int level, double seconds = 20.0);

@@ -108,13 +108,72 @@ TEST(Transforms, X1_stamps_that_tf_cannot_bear_are_as_good_as_absent) {
     transform.transform.rotation.w = 1.0;
     transform.header.stamp.sec = 0xffffffffu;
   }
-  EXPECT_NO_THROW(finder.add(message, false));
+  EXPECT_NO_THROW(finder.add(message));
   message.transforms.resize(1);
   message.transforms[0].child_frame_id = "laser";
   message.transforms[0].transform.translation.x = 2.0;
-  finder.add(message, true);
+  finder.add(message);
   ASSERT_TRUE(finder.mount());
   EXPECT_EQ(finder.mount()->x, 2.0);
+}
+
+geometry_msgs::TransformStamped link(const std::string& parent, const std::string& child) {
+  geometry_msgs::TransformStamped link;
+  link.header.frame_id = parent;
+  link.child_frame_id = child;
+  link.transform.rotation.w = 1.0;
+  return link;
+}
+
+void add(LaserMountFinder& finder, const geometry_msgs::TransformStamped& link) {
+  tf2_msgs::TFMessage message;
+  message.transforms = {link};
+  finder.add(message);
+}
+
+/// tf writes a line for each link that it refuses, and whoever reads the log is flooded.
+TEST(Transforms, X1_links_that_tf_would_complain_of_are_not_shown_to_it) {
+  std::vector<geometry_msgs::TransformStamped> bad = {link("", "laser"), link("base_link", ""),
+                                                      link("/", "laser"), link("laser", "/laser")};
+  for (const double number : {std::numeric_limits<double>::quiet_NaN(), 1e200}) {
+    bad.push_back(link("base_link", "laser"));
+    bad.back().transform.rotation.w = number;
+  }
+  bad.push_back(link("base_link", "laser"));
+  bad.back().transform.translation.z = std::numeric_limits<double>::infinity();
+  geometry_msgs::TransformStamped old = link("far", "away");
+  old.header.stamp = ros::Time(1000.0);
+  bad.push_back(old);
+  old.header.stamp = ros::Time(1.0);
+  bad.push_back(old);
+  LaserMountFinder finder("base_link", "laser");
+  ::testing::internal::CaptureStderr();
+  for (const auto& transform : bad) add(finder, transform);
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_FALSE(finder.mount());
+}
+
+TEST(Transforms, X1_frames_without_end_are_not_kept) {
+  LaserMountFinder finder("base_link", "laser");
+  add(finder, link("base_link", "mast"));
+  for (int i = 0; i < 2000; ++i) add(finder, link("mast", "frame_" + std::to_string(i)));
+  add(finder, link("mast", "laser"));
+  EXPECT_FALSE(finder.mount()) << "there was no room for one more";
+  LaserMountFinder patient("base_link", "frame_900");
+  add(patient, link("base_link", "mast"));
+  for (int i = 0; i < 2000 && !patient.mount(); ++i) add(patient, link("mast", "frame_" + std::to_string(i)));
+  EXPECT_TRUE(patient.mount());
+}
+
+TEST(Transforms, X1_a_laser_beyond_what_laser_x_may_be_is_not_on_the_car) {
+  LaserMountFinder finder("base_link", "laser");
+  geometry_msgs::TransformStamped mount = link("base_link", "laser");
+  mount.transform.translation.x = 1e9;
+  add(finder, mount);
+  EXPECT_FALSE(finder.mount());
+  mount.transform.translation.x = 2.0;
+  add(finder, mount);
+  EXPECT_TRUE(finder.mount());
 }
 
 }  // namespace

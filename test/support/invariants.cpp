@@ -51,8 +51,17 @@ double quaternionNorm(const geometry_msgs::Quaternion& q) {
   return std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
 }
 
-double planarVariance(const nav_msgs::Odometry& message) {
-  return message.pose.covariance[0] + message.pose.covariance[7];
+double planarVariance(const Covariance& covariance) { return covariance[0] + covariance[7]; }
+double yawVariance(const Covariance& covariance) { return covariance[35]; }
+
+/// By how much the step of a message may make the error of the position smaller [m]. The heading's error
+/// turns the step, and the same constant errors are in the step as in the pose, so that a car that goes back
+/// undoes some of what it has done; the twist says how large they are.
+double takenAway(const nav_msgs::Odometry& odom, const OdometryStatus& status) {
+  const double step = std::abs(status.step);
+  const double in_motion = status.interval * std::sqrt(planarVariance(odom.twist.covariance));
+  const double in_turn = status.interval * std::sqrt(yawVariance(odom.twist.covariance));
+  return step == 0.0 ? 0.0 : in_motion + step * (std::sqrt(yawVariance(odom.pose.covariance)) + in_turn);
 }
 
 }  // namespace
@@ -71,8 +80,8 @@ std::string Invariants::violation(const nav_msgs::Odometry& message, const ros::
     return wrong;
   if (const std::string wrong = stepViolation(message, *stamp); !wrong.empty()) return wrong;
   newest_ = stamp;
+  recent_[*stamp] = {message, !previous_};
   previous_ = message;
-  recent_[*stamp] = message;
   if (recent_.size() > kMostRecent) recent_.erase(recent_.begin());
   return "";
 }
@@ -101,27 +110,38 @@ std::string Invariants::violation(const OdometryStatus& message) {
   const std::optional<Time> stamp = toTime(message.header.stamp);
   const auto odometry = stamp ? recent_.find(*stamp) : recent_.end();
   if (odometry == recent_.end()) return "6: a status without an odometry of its stamp";
-  const nav_msgs::Odometry& odom = odometry->second;
-  const double variance = planarVariance(odom);
+  const nav_msgs::Odometry& odom = odometry->second.message;
   const bool nominal = message.state == OdometryStatus::NOMINAL;
   std::string wrong;
   if (nominal != message.reason.empty())
     wrong = "6: state '" + message.state + "' with the reason '" + message.reason + "'";
   if (previous_status_ && previous_status_->wheel_messages < message.wheel_messages) {
     const OdometryStatus& before = *previous_status_;
-    const bool unseen =
-        message.counter_restarts > before.counter_restarts || message.refused_states > before.refused_states;
-    if (unseen && !(variance > previous_variance_))
-      wrong = "6: unseen motion leaves the covariance as it was";
+    if (!odometry->second.jumped && !growsByUnseenMotion(odom, message))
+      wrong = "6: the covariance lacks motion that was not seen";
     const double unknown = limits_.max_speed * limits_.max_speed;
     if (message.gaps > before.gaps && odom.twist.covariance[0] != unknown)
       wrong = "6: the twist of a gap is not said to be unknown";
     if (message.refused_states > before.refused_states && nominal) wrong = "6: a refused state is nominal";
   }
   previous_status_ = message;
-  previous_variance_ = variance;
+  previous_variance_ = planarVariance(odom.pose.covariance);
   recent_.erase(recent_.begin(), std::next(odometry));
   return wrong;
+}
+
+/// Not seen is, where the counters restarted, what was before the step, and in a refused state the step.
+bool Invariants::growsByUnseenMotion(const nav_msgs::Odometry& odom, const OdometryStatus& message) const {
+  const bool restarted = message.counter_restarts > previous_status_->counter_restarts;
+  const bool refused = message.refused_states > previous_status_->refused_states;
+  if (!restarted && !refused) return true;
+  const double since = toSeconds(*toTime(message.header.stamp) - *toTime(previous_status_->header.stamp));
+  const double before_step = restarted ? limits_.max_speed * std::max(since - message.interval, 0.0) : 0.0;
+  const double in_step = refused ? limits_.max_speed * message.interval : 0.0;
+  const double unseen = 2.0 * (before_step * before_step + in_step * in_step);  // along and across
+  const double least = std::sqrt(previous_variance_ + unseen) - takenAway(odom, message);
+  constexpr double kRounding = 1e-12;
+  return std::sqrt(planarVariance(odom.pose.covariance)) >= (1.0 - kRounding) * least;
 }
 
 void Invariants::announceNewRun() {

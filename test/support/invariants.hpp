@@ -25,8 +25,8 @@ class Invariants {
   /// What the message violates, seen at `now`; empty when it is good.
   std::string violation(const nav_msgs::Odometry& message, const ros::Time& now);
 
-  /// A degraded step must give its reason, and its twist or pose must be as uncertain as that demands. To be
-  /// asked after the odometry of the same stamp.
+  /// A degraded step must give its reason, and its twist or pose must be as uncertain as that demands: the
+  /// pose by the motion that was not seen, at max_speed. To be asked after the odometry of the same stamp.
   std::string violation(const OdometryStatus& message);
 
   /// The next step may be of any length: ~reset or set_pose.
@@ -37,11 +37,17 @@ class Invariants {
  private:
   std::string stampViolation(Time stamp, Time now);
   std::string stepViolation(const nav_msgs::Odometry& message, Time stamp);
+  bool growsByUnseenMotion(const nav_msgs::Odometry& odom, const OdometryStatus& message) const;
+
+  struct Waiting {
+    nav_msgs::Odometry message;
+    bool jumped;  ///< after it was said that it might
+  };
 
   InputLimits limits_;
   std::optional<nav_msgs::Odometry> previous_;
   std::optional<Time> newest_;
-  std::map<Time, nav_msgs::Odometry> recent_;  ///< whose status has not been seen yet
+  std::map<Time, Waiting> recent_;  ///< whose status has not been seen yet
   std::optional<OdometryStatus> previous_status_;
   double previous_variance_{0.0};
 };

@@ -133,19 +133,69 @@ TEST(InvariantsTest, degradedDataMustSaySo) {
   EXPECT_EQ(statusViolation([](auto&, auto&) {}), "");
   EXPECT_THAT(statusViolation([](auto&, auto& s) { s.state = OdometryStatus::DEGRADED; }), StartsWith("6:"));
   EXPECT_THAT(statusViolation([](auto&, auto& s) { s.reason = "because"; }), StartsWith("6:"));
-  EXPECT_THAT(statusViolation([](auto&, auto& s) { s.counter_restarts = 1; }), StartsWith("6:"));
-  EXPECT_EQ(statusViolation([](auto& m, auto& s) {
-              m.pose.covariance[0] = 1.0;
-              s.counter_restarts = 1;
-            }),
-            "");
   EXPECT_THAT(statusViolation([](auto&, auto& s) { s.gaps = 1; }), StartsWith("6:"));
   EXPECT_THAT(statusViolation([](auto& m, auto& s) {
                 m.pose.covariance[0] = 1.0;
                 s.refused_states = 1;
               }),
-              StartsWith("6:"));
+              StartsWith("6: a refused state"));
   EXPECT_THAT(statusViolation([](auto&, auto& s) { s.header.stamp = ros::Time(1, 0); }), StartsWith("6:"));
+}
+
+/// 50 ms between the statuses, the last 20 of them seen: at 5 m/s 0.15 m each way were not.
+std::string restartViolation(double variance, double step, double yaw_variance = 0.0) {
+  return statusViolation([&](auto& m, auto& s) {
+    m.pose.covariance[0] = m.pose.covariance[7] = variance;
+    m.pose.covariance[35] = yaw_variance;
+    m.twist.covariance[35] = 0.0;
+    s.counter_restarts = 1;
+    s.interval = 0.02;
+    s.step = step;
+  });
+}
+
+TEST(InvariantsTest, unseenMotionMustBeInTheCovariance) {
+  constexpr double kBefore = 0.01;
+  constexpr double kUnseen = 0.15 * 0.15;
+  EXPECT_THAT(restartViolation(kBefore, 0.0), StartsWith("6: the covariance lacks"));
+  EXPECT_THAT(restartViolation(kBefore + 0.99 * kUnseen, 0.0), StartsWith("6: the covariance lacks"));
+  EXPECT_EQ(restartViolation(kBefore + 1.01 * kUnseen, 0.0), "");
+}
+
+/// A heading that is known to 1 rad turns a step of 0.1 m by as much: the error may be 0.1 m less. That of
+/// the twist, 0.1 m/s each way, takes 3 mm more.
+TEST(InvariantsTest, onlyTheStepMayTakeUncertaintyAway) {
+  const auto variance = [](double less) { return 0.5 * std::pow(std::sqrt(2.0 * 0.0325) - less, 2); };
+  EXPECT_EQ(restartViolation(variance(0.102), 0.1, 1.0), "");
+  EXPECT_THAT(restartViolation(variance(0.104), 0.1, 1.0), StartsWith("6: the covariance lacks"));
+  EXPECT_THAT(restartViolation(variance(0.1), 0.1, 0.01), StartsWith("6: the covariance lacks"));
+}
+
+TEST(InvariantsTest, theMotionOfARefusedStateMustBeInTheCovariance) {
+  const auto refused = [](double variance) {
+    return statusViolation([&](auto& m, auto& s) {
+      m.pose.covariance[0] = m.pose.covariance[7] = variance;
+      s.state = OdometryStatus::DEGRADED;
+      s.reason = "because";
+      s.interval = 0.05;
+      s.refused_states = 1;
+    });
+  };
+  constexpr double kUnseen = 0.25 * 0.25;
+  EXPECT_THAT(refused(0.01 + 0.99 * kUnseen), StartsWith("6: the covariance lacks"));
+  EXPECT_EQ(refused(0.01 + 1.01 * kUnseen), "");
+}
+
+TEST(InvariantsTest, anAnnouncedJumpMayTakeUncertaintyAway) {
+  Invariants invariants(limits());
+  EXPECT_EQ(invariants.violation(good(), kNow), "");
+  EXPECT_EQ(invariants.violation(statusOf(good(), 1)), "");
+  invariants.announceJump();
+  const nav_msgs::Odometry message = good(999.95);
+  OdometryStatus status = statusOf(message, 2);
+  status.counter_restarts = 1;
+  EXPECT_EQ(invariants.violation(message, kNow), "");
+  EXPECT_EQ(invariants.violation(status), "");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "bs_car_odometry/calibration/calibrator.hpp"
 #include "bs_car_odometry/calibration/motion_model.hpp"
+#include "bs_car_odometry/core/odometry_configuration.hpp"
 
 #include <deque>
 #include <optional>
@@ -32,7 +33,8 @@ class DeadReckoning {
   /// @return true when it began
   bool correct(const CalibrationUpdate& update);
 
-  /// The next pose, once it has begun.
+  /// The next pose, once it has begun. It stays, with the covariance of motion that was not seen, where a
+  /// step is longer than max_speed allows.
   std::optional<DeadReckonedPose> next();
 
   /// Begins anew at the next fix.
@@ -45,8 +47,11 @@ class DeadReckoning {
   };
 
   void begin(const CalibrationUpdate& update);
+  bool isPlausible(const TimeSpan& span, const MotionSegment& segment) const;
+  void stayUnseen(const TimeSpan& span);
   void move(const MotionSegment& segment);
 
+  OdometryConfiguration configuration_;
   MotionModel model_;
   bool begun_{false};
   std::optional<Time> newest_;

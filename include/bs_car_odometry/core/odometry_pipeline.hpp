@@ -155,7 +155,6 @@ class OdometryPipeline {
   std::optional<OdometryUpdate> process(const WheelCounts& counts, Time completed);
   PerWheel<double> travels(const WheelCounts& from, const WheelCounts& to) const;
   PerWheel<bool> jumps(const WheelCounts& from, const WheelCounts& to, Duration interval) const;
-  double longestStep(Duration interval) const;
   bool isPlausible(Duration interval) const;
   bool takeReference(const WheelCounts& counts);
   bool isAmbiguous(Duration interval) const;

@@ -21,7 +21,7 @@ namespace bs_car_odometry {
 ///
 /// Poses are held as departures from the dead-reckoned one. What a particle draws depends on the seed, the
 /// step and the particle alone: threads do not change the cloud.
-class ParticleCloud : public PoseUncertainty {
+class ParticleCloud final : public PoseUncertainty {
  public:
   explicit ParticleCloud(const OdometryConfiguration& configuration);
   ~ParticleCloud() override;

@@ -27,8 +27,8 @@ constexpr Wheel rightWheel(Axle axle) {
 }
 
 constexpr const char* name(Wheel wheel) {
-  constexpr std::array<const char*, kWheels> kNames{"front_left", "front_right", "rear_left", "rear_right"};
-  return kNames[index(wheel)];
+  if (isLeft(wheel)) return axleOf(wheel) == Axle::kFront ? "front_left" : "rear_left";
+  return axleOf(wheel) == Axle::kFront ? "front_right" : "rear_right";
 }
 constexpr const char* name(Axle axle) { return axle == Axle::kFront ? "front" : "rear"; }
 

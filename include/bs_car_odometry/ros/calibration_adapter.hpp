@@ -42,9 +42,12 @@ class CalibrationAdapter {
   JointVerdicts add(const RawJointState& message, const ros::Time& receipt, const Sender& sender = {});
   calibration::LaserVerdict add(const geometry_msgs::PoseWithCovarianceStamped& message,
                                 const ros::Time& receipt);
+  /// Ones that were shorter than their lengths claim, whose values are missing.
+  Verdict addCut() { return odometry_.addCut(); }
+  calibration::LaserVerdict addCutLaser() { return count(calibration::LaserVerdict::kNotFinite); }
 
   /// A message of /tf or /tf_static; looked at only while laser/frame is searched for.
-  void add(const tf2_msgs::TFMessage& message, bool is_static);
+  void add(const tf2_msgs::TFMessage& message);
 
   /// The next update that is complete at `now`; the calibration has it already.
   std::optional<OdometryUpdate> next(const ros::Time& now);
@@ -92,6 +95,7 @@ class CalibrationAdapter {
   const std::string& mapFrame() const { return reader_.mapFrame(); }
 
  private:
+  calibration::LaserVerdict count(calibration::LaserVerdict verdict);
   calibration::LaserVerdict addLaser(const geometry_msgs::PoseWithCovarianceStamped& message,
                                      const ros::Time& receipt);
   void takeMount(const Pose2& mount);

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <variant>
 
@@ -28,15 +29,20 @@ class LaserMountFinder {
   LaserMountFinder(const LaserMountFinder&) = delete;
   LaserMountFinder& operator=(const LaserMountFinder&) = delete;
 
-  /// A message of /tf or /tf_static; ones that tf refuses are as good as absent.
-  void add(const tf2_msgs::TFMessage& message, bool is_static);
+  /// A message of /tf or /tf_static. Links with numbers or names that are none are as good as absent, and so
+  /// are those of frames beyond the thousandth.
+  void add(const tf2_msgs::TFMessage& message);
 
-  /// Pose of the laser's frame in the base frame; none until tf connects them.
+  /// Pose of the laser's frame in the base frame; none until tf connects them, within 100 m.
   const std::optional<Pose2>& mount() const { return mount_; }
 
  private:
+  bool hasRoomFor(const std::string& frame);
+  std::optional<Pose2> find() const;
+
   std::string base_frame_;
   std::string laser_frame_;
+  std::set<std::string> frames_;  ///< that the buffer may hold
   std::unique_ptr<tf2::BufferCore> buffer_;
   std::optional<Pose2> mount_;
 };

@@ -40,6 +40,8 @@ class OdometryAdapter {
   Verdict add(const WheelTicks& message, const ros::Time& receipt, const Sender& sender = {});
   Verdict add(Axle axle, const SteeringAngle& message, const ros::Time& receipt, const Sender& sender = {});
   JointVerdicts add(const RawJointState& message, const ros::Time& receipt, const Sender& sender = {});
+  /// One that was shorter than its lengths claim, whose value is missing.
+  Verdict addCut() { return pipeline_.reject(Verdict::kNotFinite); }
 
   /// The next update that is complete at `now`.
   std::optional<OdometryUpdate> next(const ros::Time& now);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "bs_car_odometry/ros/traits_of.hpp"
+
 #include <ros/message_traits.h>
 #include <ros/serialization.h>
 
@@ -68,26 +70,14 @@ namespace ros {
 namespace message_traits {
 
 template <typename Message, std::uint32_t kMostBytes>
-struct MD5Sum<bs_car_odometry::RawMessage<Message, kMostBytes>> {
-  static const char* value(const bs_car_odometry::RawMessage<Message, kMostBytes>& /*message*/) {
-    return value();
-  }
-  static const char* value() { return MD5Sum<Message>::value(); }
-};
+struct MD5Sum<bs_car_odometry::RawMessage<Message, kMostBytes>>
+    : bs_car_odometry::TraitOf<MD5Sum, Message, bs_car_odometry::RawMessage<Message, kMostBytes>> {};
 template <typename Message, std::uint32_t kMostBytes>
-struct DataType<bs_car_odometry::RawMessage<Message, kMostBytes>> {
-  static const char* value(const bs_car_odometry::RawMessage<Message, kMostBytes>& /*message*/) {
-    return value();
-  }
-  static const char* value() { return DataType<Message>::value(); }
-};
+struct DataType<bs_car_odometry::RawMessage<Message, kMostBytes>>
+    : bs_car_odometry::TraitOf<DataType, Message, bs_car_odometry::RawMessage<Message, kMostBytes>> {};
 template <typename Message, std::uint32_t kMostBytes>
-struct Definition<bs_car_odometry::RawMessage<Message, kMostBytes>> {
-  static const char* value(const bs_car_odometry::RawMessage<Message, kMostBytes>& /*message*/) {
-    return value();
-  }
-  static const char* value() { return Definition<Message>::value(); }
-};
+struct Definition<bs_car_odometry::RawMessage<Message, kMostBytes>>
+    : bs_car_odometry::TraitOf<Definition, Message, bs_car_odometry::RawMessage<Message, kMostBytes>> {};
 template <typename Message, std::uint32_t kMostBytes>
 struct IsMessage<bs_car_odometry::RawMessage<Message, kMostBytes>> : TrueType {};
 

@@ -68,8 +68,7 @@ class Pass {
     if (names_.matches(topic, "laser_pose")) return give<geometry_msgs::PoseWithCovarianceStamped>(message);
     for (const Axle axle : kAllAxles)
       if (names_.matches(topic, std::string(name(axle)) + "_steering")) return giveAngle(axle, message);
-    if (const auto tf = message.instantiate<tf2_msgs::TFMessage>())
-      calibration_.add(*tf, topic.find("static") != std::string::npos);
+    if (const auto tf = message.instantiate<tf2_msgs::TFMessage>()) calibration_.add(*tf);
   }
 
   template <typename Message>
