@@ -3,6 +3,7 @@
 
 #include "bs_car_odometry/core/systematic_prior.hpp"
 #include "bs_car_odometry/parameters/load.hpp"
+#include "support/figure.hpp"
 #include "tools/temporary_folder.hpp"
 
 #include <gmock/gmock.h>
@@ -178,6 +179,7 @@ TEST(CalibrationFile, C12_cut_at_every_byte_it_is_refused) {
   ASSERT_THAT(refusal(text), IsEmpty());
   for (std::size_t size = 0; size < text.size(); ++size)
     ASSERT_THAT(refusal(text.substr(0, size)), HasSubstr("; calibrate again")) << "cut at " << size;
+  recordFigure("refused at each of %zu cuts", text.size());
 }
 
 TEST(CalibrationFile, C12_with_any_byte_flipped_it_is_refused) {
@@ -189,6 +191,7 @@ TEST(CalibrationFile, C12_with_any_byte_flipped_it_is_refused) {
       other[at] = static_cast<char>(other[at] ^ flip);
       ASSERT_THAT(refusal(other), HasSubstr("; calibrate again")) << "byte " << at << " xor " << flip;
     }
+  recordFigure("refused after each of %zu changed bytes", 4 * text.size());
 }
 
 TEST_P(ChangedFile, C12_is_refused_for_what_it_says) {

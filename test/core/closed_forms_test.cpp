@@ -1,4 +1,5 @@
 // Drives whose end is known in closed form.
+#include "support/figure.hpp"
 #include "support/matchers.hpp"
 #include "vehicles.hpp"
 
@@ -144,7 +145,7 @@ TEST(ClosedForms, CarWithTwoWheels) {
 }
 
 /// A thousand turns: position within a micrometre, and the heading keeps counting.
-TEST(ClosedForms, ThousandTurns) {
+TEST(ClosedForms, O6_ThousandTurns) {
   const Vehicle vehicle = cycab();
   const double radius = 1.2 / (2.0 * std::tan(0.3));
   OdometryEstimator estimator = makeEstimator(vehicle);
@@ -155,7 +156,7 @@ TEST(ClosedForms, ThousandTurns) {
 }
 
 /// The same path from a start far away, and the same covariance.
-TEST(ClosedForms, FarOrigin) {
+TEST(ClosedForms, O7_FarOrigin) {
   const Vehicle vehicle = cycab();
   OdometryEstimator near = makeEstimator(vehicle);
   OdometryEstimator far = makeEstimator(vehicle);
@@ -166,6 +167,8 @@ TEST(ClosedForms, FarOrigin) {
   // A position of 1e7 m is rounded to 1e-9 m, three hundred times.
   const Eigen::Vector3d moved = far.estimate().pose.vector() - Eigen::Vector3d(1e7, -1e7, 0.0);
   EXPECT_TRUE(matrixNear(moved, near.estimate().pose.vector(), 1e-6));
+  recordFigure("the path of 15 m at 1e7 m within %.0e m",
+               roundedUp((moved - near.estimate().pose.vector()).cwiseAbs().maxCoeff()));
   EXPECT_TRUE(matrixRelativelyNear(far.estimate().pose_covariance, near.estimate().pose_covariance, 1e-12));
 }
 

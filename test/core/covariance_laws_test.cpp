@@ -38,7 +38,7 @@ void driveSlalom(OdometryEstimator& estimator, const Vehicle& vehicle, int steps
 
 class CovarianceLaws : public testing::TestWithParam<Vehicle> {};
 
-TEST_P(CovarianceLaws, SymmetricAndPositiveAllAlong) {
+TEST_P(CovarianceLaws, O2_SymmetricAndPositiveAllAlong) {
   for (const AxleSelection axles : kSelections) {
     OdometryEstimator estimator = makeEstimator(GetParam(), axles, NoiseModel());
     driveSlalom(estimator, GetParam(), 400);
@@ -47,7 +47,7 @@ TEST_P(CovarianceLaws, SymmetricAndPositiveAllAlong) {
 }
 
 /// Readings that no car would give: wheels against each other, angles up to a radian.
-TEST_P(CovarianceLaws, SymmetricAndPositiveOnNonsense) {
+TEST_P(CovarianceLaws, O2_SymmetricAndPositiveOnNonsense) {
   SeededGenerator generator(2024);
   for (const AxleSelection axles : kSelections) {
     OdometryEstimator estimator = makeEstimator(GetParam(), axles, NoiseModel());
@@ -65,7 +65,7 @@ TEST_P(CovarianceLaws, SymmetricAndPositiveOnNonsense) {
 
 /// The independent noise of a step does not know which way the car went: variances the same, and the path
 /// mirrored.
-TEST_P(CovarianceLaws, ReverseAsForward) {
+TEST_P(CovarianceLaws, O3_ReverseAsForward) {
   for (const AxleSelection axles : kSelections) {
     OdometryEstimator forward = makeEstimator(GetParam(), axles, NoiseModel());
     OdometryEstimator reverse = makeEstimator(GetParam(), axles, NoiseModel());
@@ -79,7 +79,7 @@ TEST_P(CovarianceLaws, ReverseAsForward) {
 }
 
 /// Ten times as many messages of one drive: the same covariance within 1 %.
-TEST_P(CovarianceLaws, MessageRateDoesNotMatter) {
+TEST_P(CovarianceLaws, O3_MessageRateDoesNotMatter) {
   for (const AxleSelection axles : kSelections) {
     OdometryEstimator slow = makeEstimator(GetParam(), axles, NoiseModel());
     OdometryEstimator fast = makeEstimator(GetParam(), axles, NoiseModel());

@@ -1,5 +1,6 @@
 // A covariance that lives long. $BS_CAR_ODOMETRY_DAYS says how many simulated days are driven;
 // scripts/endurance asks for thirty.
+#include "support/figure.hpp"
 #include "support/matchers.hpp"
 #include "vehicles.hpp"
 
@@ -45,7 +46,7 @@ class Eight {
 
 class Endurance : public testing::TestWithParam<Uncertainty> {};
 
-TEST_P(Endurance, ParkedForADayTheCovarianceStaysTheSame) {
+TEST_P(Endurance, O3_ParkedForADayTheCovarianceStaysTheSame) {
   OdometryEstimator estimator = makeEstimator(GetParam());
   const Eight eight;
   for (long i = 0; i < 3000; ++i) ASSERT_TRUE(estimator.step(eight.step(i), kInterval));
@@ -57,7 +58,7 @@ TEST_P(Endurance, ParkedForADayTheCovarianceStaysTheSame) {
   EXPECT_EQ(estimator.estimate().pose_covariance, before.pose_covariance);
 }
 
-TEST_P(Endurance, SymmetricAndSemidefiniteAfterDaysOnTheRoad) {
+TEST_P(Endurance, O2_SymmetricAndSemidefiniteAfterDaysOnTheRoad) {
   OdometryEstimator estimator = makeEstimator(GetParam());
   const Eight eight;
   const long hours = std::lround(24.0 * daysToDrive());
@@ -69,6 +70,7 @@ TEST_P(Endurance, SymmetricAndSemidefiniteAfterDaysOnTheRoad) {
   }
   std::cout << "  after " << hours << " hours, standard deviations "
             << estimator.estimate().pose_covariance.diagonal().cwiseSqrt().transpose() << std::endl;
+  recordFigure("a covariance in each of %ld hours at 100 Hz", hours);
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, Endurance,

@@ -350,7 +350,7 @@ TEST(Gap, StampsInsideAreAsUncertainAsTheMotionIsUnknown) {
   EXPECT_GT(between(history, 0, 1.5).covariance(0, 0), half(0, 0));
 }
 
-TEST(Ring, HoldsTheNewestSteps) {
+TEST(Ring, N9_HoldsTheNewestSteps) {
   constexpr std::size_t kMost = 16;
   MotionHistory history = emptyHistory(noNoise(), kMinute, kMost);
   MotionHistory large = emptyHistory(noNoise());

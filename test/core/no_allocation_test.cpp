@@ -6,6 +6,8 @@
 #include "bs_car_odometry/core/odometry_estimator.hpp"
 #include "bs_car_odometry/core/steering_buffer.hpp"
 
+#include "support/figure.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -59,7 +61,7 @@ TEST(NoAllocation, TheWatchForbidsEigenOne) {
 }
 
 /// A wheel that sticks is found, left out, watched and taken back.
-TEST(NoAllocation, StepsWithAFaultyWheel) {
+TEST(NoAllocation, N9_StepsWithAFaultyWheel) {
   constexpr Duration kPeriod = std::chrono::milliseconds(20);
   OdometryConfiguration configuration;
   configuration.vehicle = cycab();
@@ -86,7 +88,7 @@ TEST(NoAllocation, StepsWithAFaultyWheel) {
   EXPECT_FALSE(monitor.leavesOut(Wheel::kRearLeft));
 }
 
-TEST(NoAllocation, StepOfTheEstimator) {
+TEST(NoAllocation, N9_StepOfTheEstimator) {
   std::vector<OdometryOptions> options;
   for (const AxleSelection axles : {AxleSelection::kBoth, AxleSelection::kFront, AxleSelection::kRear})
     for (const Uncertainty method :
@@ -117,9 +119,10 @@ TEST(NoAllocation, StepOfTheEstimator) {
       }
       EXPECT_EQ(count, 0u) << vehicle.name;
     }
+  recordFigure("0 allocations in a step");
 }
 
-TEST(NoAllocation, FullSteeringBuffer) {
+TEST(NoAllocation, N9_FullSteeringBuffer) {
   SteeringBuffer buffer(64);
   double sum = 0.0;
   std::size_t count = 0;
@@ -138,7 +141,7 @@ TEST(NoAllocation, FullSteeringBuffer) {
 }
 
 /// From its first step on, beyond its fill, and when it is asked.
-TEST(NoAllocation, MotionHistory) {
+TEST(NoAllocation, N9_MotionHistory) {
   constexpr int kMost = 64;
   MotionHistory history(durationFromSeconds(60.0), systematicCovariance(SystematicNoise()), kMost);
   const auto at = [](int i) { return Time(std::chrono::milliseconds(10 * i)); };

@@ -72,7 +72,7 @@ TEST(SteeringBuffer, NamesTheNewestNotAfterAStamp) {
   EXPECT_EQ(buffer.newestUntil(at(99)), at(20));
 }
 
-TEST(SteeringBuffer, KeepsTheNewestOfAFullBuffer) {
+TEST(SteeringBuffer, N9_KeepsTheNewestOfAFullBuffer) {
   SteeringBuffer buffer(4);
   for (int stamp = 0; stamp < 100; ++stamp) EXPECT_EQ(buffer.insert(at(stamp), stamp), Inserted::kYes);
   for (int stamp = 96; stamp < 100; ++stamp) EXPECT_EQ(buffer.angleAt(at(stamp)), stamp);

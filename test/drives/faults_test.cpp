@@ -8,13 +8,15 @@
 #include "bs_car_odometry/laboratory/error.hpp"
 #include "bs_car_odometry/laboratory/parallel.hpp"
 
+#include "support/figure.hpp"
+
 #include <gmock/gmock.h>
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iostream>
+#include <numeric>
 #include <optional>
 #include <tuple>
 
@@ -96,6 +98,7 @@ class EachWheel : public ::testing::TestWithParam<Wheel> {};
 TEST_P(EachWheel, E7_frozen_counter_is_named_within_a_second) {
   const OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
   const std::size_t wheel = sensor(GetParam());
+  double latest = 0.0;
   for (const double speed : {0.5, 1.0, 2.0, 5.0}) {  // the scenario is one of 1 m/s
     for (std::uint64_t seed = 0; seed < 5; ++seed) {
       std::vector<Sample> drive = record(odometry.vehicle, driveOf(odometry, "slalom_eight", seed, speed));
@@ -107,8 +110,10 @@ TEST_P(EachWheel, E7_frozen_counter_is_named_within_a_second) {
       EXPECT_GT(*outcome.named[wheel], kFault);
       EXPECT_THAT(leftOut(outcome), ::testing::ElementsAre(wheel));
       EXPECT_EQ(outcome.sensors.sensors[wheel].fault, SensorFault::kStuck);
+      latest = std::max(latest, *outcome.named[wheel] - kFault);
     }
   }
+  recordFigure("frozen: named after %.2f s at the latest", latest);
 }
 
 /// Noise only: what p(A) does to the pose is the same with three wheels and with four.
@@ -129,8 +134,8 @@ TEST_P(EachWheel, E7_goes_on_with_three_wheels) {
     without[i] = positionError(outcome, drive);
     nees += laboratory::exponentialNees(outcome.estimate, drive.back().truth) / kDrives;
   }
-  std::cout << name(GetParam()) << ": " << rootMeanSquare(without) << " m after 100 m, with it "
-            << rootMeanSquare(healthy) << " m, NEES " << nees << "\n";
+  recordFigure("drift over 100 m %.2f times that with the wheel",
+               rootMeanSquare(without) / rootMeanSquare(healthy));
   EXPECT_LE(rootMeanSquare(without), 1.5 * rootMeanSquare(healthy));
   EXPECT_TRUE(laboratory::meanInterval(3.0, kDrives).holds(nees)) << nees;
 }
@@ -165,7 +170,7 @@ TEST_P(EachWheel, E8_slip_is_named_and_the_covariance_bears_it) {
   });
   double mean = 0.0;
   for (const double value : nees) mean += value / kDrives;
-  std::cout << name(GetParam()) << ": mean NEES " << mean << "\n";
+  recordFigure("mean NEES %.2f of 3 dimensions over %zu drives", mean, kDrives);
   EXPECT_TRUE(laboratory::meanInterval(3.0, kDrives).holds(mean)) << mean;
 }
 
@@ -187,6 +192,7 @@ INSTANTIATE_TEST_SUITE_P(Wheels, EachWheel, ::testing::ValuesIn(kAllWheels),
                          [](const auto& wheel) { return std::string(name(wheel.param)); });
 
 TEST(Faults, E9_swapped_wheels_are_named) {
+  int named = 0;
   for (const bool fixed_rear_axle : {true, false}) {
     Vehicle vehicle = cycab(AxleGeometry::kAckermann, kTick);
     if (fixed_rear_axle) vehicle.rear_steering.coefficients = {0.0};
@@ -208,14 +214,17 @@ TEST(Faults, E9_swapped_wheels_are_named) {
         EXPECT_THAT(leftOut(outcome), ::testing::ElementsAre(a, b));
         EXPECT_EQ(outcome.sensors.sensors[a].fault, SensorFault::kSwapped);
         EXPECT_EQ(outcome.sensors.sensors[b].fault, SensorFault::kSwapped);
+        ++named;
       }
   }
+  recordFigure("%d of 10 swaps that change anything named", named);
 }
 
 // --- E3: jumps -------------------------------------------------------------------------------------------
 
 TEST(Faults, E3_one_percent_of_spikes_moves_the_end_by_less_than_one) {
   OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
+  double largest = 0.0;
   for (const double max_speed :
        {5.0, 40.0}) {  // a small jump is no jump for a fast car, and a fault all the same
     odometry.limits.max_speed = max_speed;
@@ -231,10 +240,12 @@ TEST(Faults, E3_one_percent_of_spikes_moves_the_end_by_less_than_one) {
         pipeline.addWheels({stamp, stamp, sample.ticks});
         if (const auto update = pipeline.next(stamp)) end = update->estimate.pose;
       }
-      EXPECT_LT((end.position() - clean.estimate.pose.position()).norm(), 0.01 * clean.distance)
-          << max_speed << " m/s, seed " << seed;
+      const double moved = (end.position() - clean.estimate.pose.position()).norm() / clean.distance;
+      EXPECT_LT(moved, 0.01) << max_speed << " m/s, seed " << seed;
+      largest = std::max(largest, moved);
     }
   }
+  recordFigure("1 %% of spikes move the end by %.2f %% of the distance at most", 100.0 * largest);
 }
 
 // --- steering --------------------------------------------------------------------------------------------
@@ -242,6 +253,7 @@ TEST(Faults, E3_one_percent_of_spikes_moves_the_end_by_less_than_one) {
 TEST(Faults, S6_sensor_that_lies_is_told_from_a_wheel) {
   const OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
   const std::size_t steering = sensor(Axle::kFront);
+  double latest = 0.0;
   for (const bool frozen : {true, false}) {
     std::vector<Sample> drive = record(odometry.vehicle, driveOf(odometry, "slalom_eight", 4));
     if (frozen) {
@@ -254,7 +266,9 @@ TEST(Faults, S6_sensor_that_lies_is_told_from_a_wheel) {
     EXPECT_LE(*outcome.named[steering] - kFault, kNamedWithin);
     EXPECT_THAT(leftOut(outcome), ::testing::ElementsAre(steering));
     EXPECT_LT(laboratory::exponentialNees(outcome.estimate, drive.back().truth), 16.3) << "0.1 %";
+    latest = std::max(latest, *outcome.named[steering] - kFault);
   }
+  recordFigure("an angle that freezes or jumps is named after %.2f s at the latest", latest);
 }
 
 /// Two sensors that err against each other: the fit weights them by what the wheels say.
@@ -264,6 +278,7 @@ TEST(Faults, S6_axles_that_disagree_are_weighted) {
   DriveSettings settings = driveOf(odometry, "slalom_eight", 5);
   settings.noise.reset();
   settings.draw_gains.reset();
+  double largest = 0.0;
   for (const double error : {0.01, -0.01}) {
     const std::vector<Sample> sound = record(odometry.vehicle, settings);
     std::vector<Sample> drive = sound;
@@ -277,9 +292,11 @@ TEST(Faults, S6_axles_that_disagree_are_weighted) {
         const double angle = std::atan((v.y() + odometry.vehicle.axleX(axle) * v.z()) / v.x());
         const double truth = 0.5 * (sound[i - 2].steering[axle] + sound[i - 1].steering[axle]);
         ASSERT_NEAR(angle, truth, 0.01) << name(axle) << ", step " << i;
+        largest = std::max(largest, std::abs(angle - truth));
       }
     });
   }
+  recordFigure("10 mrad against each other: both angles within %.1f mrad", 1e3 * largest);
 }
 
 // --- dead from the start ---------------------------------------------------------------------------------
@@ -312,10 +329,8 @@ TEST_P(DeadFromTheStart, E7_drift_is_what_the_covariance_predicts) {
   });
   const auto inside = [](double square) { return square < laboratory::sigmaRegions(3.0)[2]; };
   const auto within = std::count_if(nees.begin(), nees.end(), inside);
-  std::cout << "sensor " << GetParam() << ": drift " << rootMeanSquare(error) << " m, predicted "
-            << rootMeanSquare(predicted) << " m, " << within << " of " << kDrives
-            << " inside 3 sigma, named alone in " << std::count(named_alone.begin(), named_alone.end(), 1)
-            << "\n";
+  recordFigure("dead from the start: drift %.2f times the predicted, %td of %zu inside 3 sigma",
+               rootMeanSquare(error) / rootMeanSquare(predicted), within, kDrives);
   EXPECT_LE(rootMeanSquare(error), 1.2 * rootMeanSquare(predicted));
   // 99.7 %: fewer than 196 of 200 would come once in 300 times.
   EXPECT_GE(within, 196);
@@ -350,6 +365,10 @@ TEST(Faults, E7_24_hours_without_a_false_alarm) {
     total += seconds[i];
   }
   EXPECT_NEAR(total, 24 * 3600.0, 1.0);
+  recordFigure("%llu false alarms in %.0f hours",
+               static_cast<unsigned long long>(
+                   std::accumulate(exclusions.begin(), exclusions.end(), std::uint64_t{0})),
+               total / 3600.0);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Noise grows with distance, so a covariance does not depend on how often the sensors are read.
 #include "cars.hpp"
 #include "drive.hpp"
+#include "support/figure.hpp"
 
 #include <gtest/gtest.h>
 
@@ -46,16 +47,16 @@ void compareRates(bool systematic) {
         worst = std::max(worst, expectAlike(endCovariance(configuration, scenario, 10.0),
                                             endCovariance(configuration, scenario, 200.0)));
       }
-  std::printf("largest difference of a standard deviation: %.3f %%\n", 100.0 * worst);
+  recordFigure("10 and 200 Hz: standard deviations differ by %.2f %% at most", 100.0 * worst);
 }
 
-TEST(MessageRate, leavesTheCovarianceOfTheNoiseAsItIs) { compareRates(false); }
+TEST(MessageRate, O3_leavesTheCovarianceOfTheNoiseAsItIs) { compareRates(false); }
 
-TEST(MessageRate, leavesTheTotalCovarianceAsItIs) { compareRates(true); }
+TEST(MessageRate, O3_leavesTheTotalCovarianceAsItIs) { compareRates(true); }
 
 /// Beside the wheels' noise the others hardly show, so each alone; with one axle, where none acts as a
 /// weight.
-TEST(MessageRate, leavesTheCovarianceOfEachSourceAsItIs) {
+TEST(MessageRate, O3_leavesTheCovarianceOfEachSourceAsItIs) {
   const auto only = [](double wheel, double steering, double lateral, double rear_law) {
     return NoiseModel{wheel, {steering, 0.1}, lateral, rear_law, {0.0, 0.0, 0.0, 0.0}};
   };

@@ -4,6 +4,7 @@
 
 #include "../../src/tools/recorded_folder.hpp"
 #include "simulated_run.hpp"
+#include "support/figure.hpp"
 
 #include <gmock/gmock.h>
 
@@ -133,12 +134,14 @@ class RecordedDrives : public ::testing::Test {
 
 /// 11.83 and 9 are the 3 sigma regions of two and of one degree of freedom. Of a perfect covariance 39 %
 /// would lie below 1: many more would show inflation.
-TEST_F(RecordedDrives, endsAreWhereTheCovarianceSays) {
+TEST_F(RecordedDrives, O4_endsAreWhereTheCovarianceSays) {
   ASSERT_EQ(runs_.size(), 46u);
   for (const FoundNoise& noise : judged().fit.noise)
     std::cout << noise.name << ": " << noise.value << " +/- " << noise.std << "\n";
   EXPECT_EQ(judged().fit.recordings, 11u);
   expectTargets(judged());
+  recordFigure("46 recorded runs, noise of the other recordings: largest squared Mahalanobis distance %.1f",
+               largest(judged().runs, &JudgedRun::without_recording));
 }
 
 /// What is found does not hang on where the paths are compared, nor on the heading of the first true pose.

@@ -1,9 +1,11 @@
 // Encoders: wraps, restarts, spikes, losses (docs/reliability.md, E rows).
 
 #include "bench.hpp"
+#include "support/figure.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <tuple>
@@ -56,6 +58,7 @@ TEST_P(Wrapping, E1_counter_wraps) {
     }
     ASSERT_GT(b.pipeline.counts().wheel_messages, 0u);
   }
+  recordFigure("identical in every bit");
 }
 
 INSTANTIATE_TEST_SUITE_P(Widths, Wrapping,
@@ -65,6 +68,7 @@ INSTANTIATE_TEST_SUITE_P(Widths, Wrapping,
 TEST(Counters, E2_restart) {
   std::mt19937 random(2);
   std::uniform_int_distribution<int> count(20000, 2000000000);
+  double largest = 0.0;
   for (int trial = 0; trial < 20; ++trial) {
     Bench bench;
     const std::int64_t start = count(random);
@@ -81,6 +85,7 @@ TEST(Counters, E2_restart) {
     EXPECT_EQ(first->report.counts.counter_restarts, 1u);
     const Eigen::Vector2d moved = first->estimate.pose.position() - last->estimate.pose.position();
     EXPECT_LT(moved.norm(), 1.01e-4 * kLargestStep) << "the pose is kept";
+    largest = std::max(largest, moved.norm());
     // Unseen: one period at 5 m/s.
     const Eigen::Matrix3d growth = first->estimate.pose_covariance - last->estimate.pose_covariance;
     EXPECT_GT(growth(0, 0), 0.99 * std::pow(5.0 * kPeriod, 2));
@@ -92,6 +97,7 @@ TEST(Counters, E2_restart) {
     EXPECT_EQ(second->report.counts.counter_restarts, 1u) << "one event each";
     EXPECT_NEAR(second->report.step, first->report.step, 1e-9);
   }
+  recordFigure("the pose moves by %.1f mm, the step that was counted", 1e3 * largest);
 }
 
 /// Three steps do without the wheel: those that end in the spike, begin with it, and begin with the jump
@@ -160,12 +166,15 @@ TEST(Counters, E4_any_first_value_gives_the_initial_pose) {
     ASSERT_TRUE(first->estimate.pose_covariance == initial.covariance) << start;
     ASSERT_EQ(first->report.distance, 0.0) << start;
   }
+  recordFigure("exactly the initial pose after each of %zu first values", starts.size());
 }
 
 TEST(Counters, E5_lost_messages) {
   constexpr double kDuration = 100.0;
   const OdometryConfiguration configuration = cycab();
   const Drive drive = slalom(configuration, kDuration, 50.0, 50.0);
+  double largest = 0.0;
+  double turned = 0.0;
   for (const unsigned seed : {1u, 2u, 3u}) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
@@ -183,7 +192,11 @@ TEST(Counters, E5_lost_messages) {
     const double heading_error =
         wrapAngle(updates.back().estimate.pose.yaw - drive.truth.back().pose.yaw) * 180.0 / M_PI;
     EXPECT_LT(std::abs(heading_error), 0.2 * drive.length / 100.0);
+    largest = std::max(largest, largestDeparture(updates, drive));
+    turned = std::max(turned, std::abs(heading_error) * 100.0 / drive.length);
   }
+  recordFigure("30 %% lost: off by %.3f %% of the distance and %.3f degrees in 100 m", 100.0 * largest,
+               turned);
 }
 
 }  // namespace

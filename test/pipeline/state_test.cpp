@@ -1,9 +1,11 @@
 // The state: refused when not finite, unchanged while parked (docs/reliability.md, O rows).
 
 #include "bench.hpp"
+#include "support/figure.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <limits>
@@ -47,6 +49,7 @@ TEST(State, O1_no_step_is_longer_than_max_speed_allows) {
   Bench bench(configuration);
   PerWheel<std::int64_t> ticks;
   Pose2 before;
+  double largest = 0.0;
   for (int i = 0; i < 2000; ++i) {
     for (const Axle axle : kAllAxles)
       bench.pipeline.addSteering(axle, at(i * kPeriod), at(i * kPeriod), angle(random));
@@ -57,11 +60,13 @@ TEST(State, O1_no_step_is_longer_than_max_speed_allows) {
     const Pose2& pose = update->estimate.pose;
     if (i > 0) {
       ASSERT_LE(std::hypot(pose.x - before.x, pose.y - before.y), longest + 1e-12) << "step " << i;
+      largest = std::max(largest, std::hypot(pose.x - before.x, pose.y - before.y));
     }
     before = pose;
   }
   EXPECT_GT(bench.pipeline.counts().refused_states, 0u) << "there were some";
   EXPECT_LT(bench.pipeline.counts().refused_states, 1000u) << "most are taken";
+  recordFigure("contradicting sensors: steps up to %.3f m of %.3f m allowed", largest, longest);
 }
 
 TEST(State, O1_infinite_travel_is_never_taken) {
@@ -146,6 +151,7 @@ TEST(State, O3_parked_is_bitwise_unchanged) {
   EXPECT_TRUE(identical(parked, last->estimate));
   EXPECT_EQ(last->estimate.twist.norm(), 0.0);
   EXPECT_EQ(last->report.distance, before->report.distance);
+  recordFigure("24 hours parked at 100 Hz, identical in every bit");
 }
 
 }  // namespace

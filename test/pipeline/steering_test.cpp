@@ -1,6 +1,7 @@
 // Steering: hostile values, and its way to the wheels' time (docs/reliability.md, S rows).
 
 #include "bench.hpp"
+#include "support/figure.hpp"
 
 #include <gtest/gtest.h>
 
@@ -27,6 +28,7 @@ TEST(Steering, S1_hostile_values_change_nothing) {
     EXPECT_TRUE(identical(a->estimate, b->estimate));
   }
   EXPECT_EQ(hostile.pipeline.counts()[Verdict::kNotFinite], 4u * 21u);
+  recordFigure("identical in every bit");
 }
 
 TEST(Steering, S1_largest_numbers_are_beyond_the_limit) {
@@ -39,6 +41,7 @@ TEST(Steering, S1_largest_numbers_are_beyond_the_limit) {
 }
 
 TEST(Steering, S2_S3_beyond_limit) {
+  double largest = 0.0;
   for (double angle = 0.0; angle < M_PI / 2; angle += 0.01) {
     Bench bench;
     const bool within = angle <= 1.3;
@@ -50,7 +53,9 @@ TEST(Steering, S2_S3_beyond_limit) {
     ASSERT_TRUE(update && isFinite(*update));
     const double turn = update->estimate.pose.yaw - cycab().initial_pose.yaw;
     EXPECT_LT(std::abs(turn), 0.3) << "after 0.1 m on every wheel, at " << angle;
+    largest = std::max(largest, std::abs(turn));
   }
+  recordFigure("0.1 m on every wheel turn by %.2f rad at most", largest);
   EXPECT_EQ(Bench().steer(0.0, 20.0), Verdict::kSteeringLimit) << "degrees";
 }
 
@@ -97,6 +102,7 @@ double largestSigmas(const std::vector<OdometryUpdate>& updates, const Drive& dr
 TEST(Steering, S4_stale_angle_is_held_and_the_covariance_says_so) {
   OdometryConfiguration configuration = cycab();
   configuration.noise.systematic = {0.0, 0.0, 0.0, 0.0};
+  double largest = 0.0;
   for (const AxleSelection axles : {AxleSelection::kRear, AxleSelection::kBoth}) {
     configuration.options.axles = axles;
     const double larger = axles == AxleSelection::kRear ? 2.0 : 1.02;
@@ -106,6 +112,7 @@ TEST(Steering, S4_stale_angle_is_held_and_the_covariance_says_so) {
     const std::vector<OdometryUpdate> updates = run(configuration, without(drive, 6.0, 12.0, false).messages);
     ASSERT_EQ(updates.size(), heard.size());
     EXPECT_LT(largestSigmas(updates, drive), 3.0);
+    largest = std::max(largest, largestSigmas(updates, drive));
     for (std::size_t i = 0; i < updates.size(); ++i) {
       const double seconds = toSeconds(updates[i].stamp - at(0.0));
       const bool stale = updates[i].report.state == OdometryState::kNoSteering;
@@ -124,19 +131,23 @@ TEST(Steering, S4_stale_angle_is_held_and_the_covariance_says_so) {
       }
     }
   }
+  recordFigure("6 s without an angle in mid-turn: truth inside %.1f sigma", largest);
 }
 
 TEST(Steering, E6_unknown_steering_inside_a_gap_inflates) {
   OdometryConfiguration configuration = cycab();
   configuration.noise.systematic = {0.0, 0.0, 0.0, 0.0};
+  double largest = 0.0;
   for (const double gap : {0.1, 1.0, 10.0, 100.0}) {
     const Drive drive = slalom(configuration, gap + 10.0, 50.0, 50.0);
     const std::vector<OdometryUpdate> updates =
         run(configuration, without(drive, 5.0, 5.0 + gap, true).messages);
     EXPECT_LT(largestSigmas(updates, drive), 3.0) << gap << " s";
+    largest = std::max(largest, largestSigmas(updates, drive));
     EXPECT_EQ(updates.back().report.counts.gaps, gap > 0.5 ? 1u : 0u);
     EXPECT_EQ(updates.back().report.counts.ambiguous_gaps, 0u) << "32 bits are half a million kilometres";
   }
+  recordFigure("gaps of 0.1 to 100 s: truth inside %.1f sigma", largest);
 }
 
 // 16 bits of 0.1 mm wrap after 6.6 m: in 10 s at up to 5 m/s nobody knows how often.
@@ -144,12 +155,14 @@ TEST(Steering, E6_counters_that_may_have_wrapped_unseen_are_taken_anew) {
   OdometryConfiguration configuration = cycab();
   configuration.noise.systematic = {0.0, 0.0, 0.0, 0.0};
   configuration.vehicle.counter_bits = 16;
+  double largest = 0.0;
   for (const double gap : {0.1, 0.6, 1.0, 10.0, 100.0}) {
     SCOPED_TRACE(gap);
     const Drive drive = slalom(configuration, gap + 10.0, 50.0, 50.0);
     const std::vector<OdometryUpdate> updates =
         run(configuration, without(drive, 5.0, 5.0 + gap, true).messages);
     EXPECT_LT(largestSigmas(updates, drive), 3.0);
+    largest = std::max(largest, largestSigmas(updates, drive));
     // Half of the range is 3.2768 m, which 5 m/s takes 0.655 s for.
     const bool ambiguous = gap > 0.655;
     EXPECT_EQ(updates.back().report.counts.ambiguous_gaps, ambiguous ? 1u : 0u);
@@ -164,6 +177,7 @@ TEST(Steering, E6_counters_that_may_have_wrapped_unseen_are_taken_anew) {
     ASSERT_NE(std::next(after), updates.end());
     EXPECT_GT(std::next(after)->report.step, 0.0) << "it goes on from there";
   }
+  recordFigure("16 bits, gaps of 0.1 to 100 s: truth inside %.1f sigma", largest);
 }
 
 TEST(Steering, S4_never_seen_gives_no_odometry) {
@@ -241,16 +255,19 @@ TEST(Steering, S5_waits_then_holds_when_it_stops) {
 
 TEST(Steering, S5_rates_far_apart_give_the_same_path) {
   const OdometryConfiguration configuration = cycab();
+  double largest = 0.0;
   // 1 kHz and 25 Hz, 10 Hz and 400 Hz.
   for (const auto& [wheel_rate, steering_rate] : {std::pair(1000.0, 25.0), std::pair(10.0, 400.0)}) {
     const Drive drive = slalom(configuration, 20.0, wheel_rate, steering_rate);
     const std::vector<OdometryUpdate> updates = run(configuration, drive.messages);
     EXPECT_EQ(updates.size(), drive.truth.size());
     EXPECT_LT(largestDeparture(updates, drive), 1e-3) << wheel_rate << " Hz wheels";
+    largest = std::max(largest, largestDeparture(updates, drive));
   }
+  recordFigure("1:40 and 40:1: the same path to %.2f mm/m", 1e3 * largest);
 }
 
-TEST(Steering, S5_waiting_wheels_are_bounded) {
+TEST(Steering, S5_N9_waiting_wheels_are_bounded) {
   OdometryConfiguration configuration = cycab();
   configuration.limits.steering_wait = durationFromSeconds(10.0);
   Bench bench(configuration);

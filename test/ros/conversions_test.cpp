@@ -90,7 +90,7 @@ TEST(Quaternions, O6_yaw_is_there_and_back) {
   }
 }
 
-TEST(Covariances, planarOnesAreThereAndBack) {
+TEST(Covariances, O5_planarOnesAreThereAndBack) {
   Eigen::Matrix3d covariance;
   covariance << 1.0, 0.1, 0.2, 0.1, 2.0, 0.3, 0.2, 0.3, 3.0;
   const boost::array<double, 36> message = toCovariance(covariance, 7.0);

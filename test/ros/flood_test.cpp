@@ -3,6 +3,7 @@
 
 #include "child_process.hpp"
 #include "odometry_client.hpp"
+#include "support/figure.hpp"
 
 #include <gtest/gtest.h>
 
@@ -112,9 +113,10 @@ TEST_F(FloodTest, N8_twenty_thousand_messages_a_second) {
   EXPECT_TRUE(echo(kLatest)) << "back in real time";
   const double back = (ros::SteadyTime::now() - end).toSec();
   const ProcessSize after = sizeOf(process_);
-  std::cout << rate << " messages/s sent, " << heard_ << " heard, none older than " << oldest
-            << " s; back in real time after " << back << " s; " << before.resident << " to " << after.resident
-            << " MB\n";
+  std::cout << rate << " messages/s sent, " << heard_ << " heard, " << before.resident << " to "
+            << after.resident << " MB\n";
+  recordFigure("20 kHz: none older than %g s, back in real time within %g s, at most %g MB more",
+               roundedUp(oldest), roundedUp(back), roundedUp(after.resident - before.resident));
   EXPECT_LT(oldest, kLatest) << "queues are bounded: what is late is left out";
   EXPECT_GT(heard_, 1000u) << "it works on meanwhile";
   EXPECT_LT(after.resident - before.resident, kMostGrowth);
@@ -130,8 +132,9 @@ TEST_F(FloodTest, N7_a_reader_that_does_not_read) {
   const ProcessSize before = sizeOf(process_);
   flood(kRate, kSeconds);
   const ProcessSize after = sizeOf(process_);
-  std::cout << heard_ << " of " << flood_.sent() << " heard, none older than " << oldest_age_ << " s; "
-            << before.resident << " to " << after.resident << " MB\n";
+  std::cout << heard_ << " of " << flood_.sent() << " heard, " << before.resident << " to " << after.resident
+            << " MB\n";
+  recordFigure("beside a reader that is stopped: none older than %g s", roundedUp(oldest_age_));
   EXPECT_LT(oldest_age_, kLatest) << "others are not held up";
   EXPECT_GT(heard_, 0.9 * static_cast<double>(flood_.sent()));
   EXPECT_LT(after.resident - before.resident, kMostGrowth);

@@ -3,6 +3,7 @@
 #include "any_bytes.hpp"
 #include "child_process.hpp"
 #include "odometry_client.hpp"
+#include "support/figure.hpp"
 #include "tools/temporary_folder.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 
 namespace bs_car_odometry::testing {
 namespace {
@@ -139,7 +139,9 @@ TEST_F(LoopingBag, T5_twenty_loops_are_identical_in_every_bit) {
   double latest = 0.0;
   for (std::size_t run = 1; run <= kLoops; ++run)
     latest = std::max(latest, (odom_.begin(run) - steps_[run]).toSec());
-  std::cout << "the first odometry comes " << latest << " s after the step of the clock at the latest\n";
+  recordFigure(
+      "%d loops of a bag, identical in every bit; the first message within %g s of the step of the clock",
+      static_cast<int>(kLoops), roundedUp(latest));
   EXPECT_LT(latest, 0.1);
 }
 

@@ -4,6 +4,8 @@
 #include "bs_car_odometry/core/kinematics.hpp"
 #include "bs_car_odometry/ros/clock_watch.hpp"
 
+#include "support/figure.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -194,6 +196,7 @@ TEST(Clock, T6_two_seconds_back_are_no_silence_and_no_step) {
   }
   EXPECT_GT(published, 3.9);
   EXPECT_LT(silence, 0.2);
+  recordFigure("2 s back: silent for %.2f s", silence);
   EXPECT_GT(silence, 0.0);
 }
 

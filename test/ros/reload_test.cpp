@@ -2,6 +2,7 @@
 
 #include "odometry_client.hpp"
 #include "restless_driver.hpp"
+#include "support/figure.hpp"
 
 #include <gtest/gtest.h>
 #include <nodelet/NodeletLoad.h>
@@ -72,6 +73,8 @@ TEST_F(Reload, N2_unload_and_reload_in_traffic) {
   // An odometry that stayed would keep 0.1 MB for wheels that wait alone, and most of them 8 MB.
   EXPECT_LT(after.resident - before.resident, 2.0);
   EXPECT_EQ(after.threads, before.threads);
+  recordFigure("%d times at 1 kHz: at most %g MB more, %d threads more", cycles,
+               roundedUp(after.resident - before.resident), after.threads - before.threads);
   // Connections that are being closed count, too: no more than topics and services.
   EXPECT_LE(after.files, before.files + 8);
 }

@@ -2,8 +2,11 @@
 
 #include "child_process.hpp"
 #include "odometry_client.hpp"
+#include "support/figure.hpp"
 
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 namespace bs_car_odometry::testing {
 namespace {
@@ -47,6 +50,7 @@ TEST_F(Rivals, E10_the_first_publisher_is_kept) {
                 1e-4 * static_cast<double>(ticks_ - 100), 1e-9);
     EXPECT_EQ(last->pose.pose.position.y, first->pose.pose.position.y);
     EXPECT_EQ(client_.status().counter_restarts, 0u);
+    recordFigure("beside a rival at 100 Hz the pose is exact to %g m", 1e-9);
     EXPECT_TRUE(diagnostics_.waitForStatus("bs_car_odometry: Encoders", Level::ERROR,
                                            "another node publishes on this input"));
     EXPECT_TRUE(log_.waitForLine("another node publishes on this input", rosgraph_msgs::Log::ERROR));
@@ -94,8 +98,11 @@ TEST_F(Rivals, S3_degrees_as_radians_are_hinted_at_within_a_second) {
   ASSERT_TRUE(client_.reset());
   ASSERT_TRUE(ahead());
   ASSERT_TRUE(waitFor([&] { return log_.connected(); }));
+  const ros::SteadyTime begin = ros::SteadyTime::now();
   client_.send(steeringAngle(20.0, ros::Time::now()));
   EXPECT_TRUE(log_.waitForLine("if it were in degrees", rosgraph_msgs::Log::WARN, 1.0));
+  recordFigure("the hint comes within %g s",
+               roundedUp(std::max((ros::SteadyTime::now() - begin).toSec(), 0.01)));
   EXPECT_TRUE(diagnostics_.waitForStatus("bs_car_odometry: Steering", Level::WARN, "if it were in degrees"));
 }
 
@@ -124,6 +131,28 @@ TEST_F(Rivals, S4_a_silent_steering_is_a_warning_first_and_an_error_after_a_seco
   EXPECT_TRUE(ahead());
   EXPECT_TRUE(ahead());
   EXPECT_EQ(client_.status().state, OdometryStatus::NOMINAL) << "recovery in two messages";
+}
+
+// The driver falls silent: a car that is not heard of does not stand still for that.
+TEST_F(Rivals, O10_when_the_inputs_stop_so_does_the_output_and_an_error_says_so) {
+  ASSERT_TRUE(client_.reset());
+  ASSERT_TRUE(waitFor([&] { return ahead() && !client_.transforms().empty(); })) << "/tf is heard, too";
+  const ros::SteadyTime begin = ros::SteadyTime::now();
+  const std::size_t published = client_.odometry().size();
+  ASSERT_TRUE(waitFor([&] {  // another topic, so perhaps a little later
+    return client_.transforms().back().header.stamp == client_.odometry().back().header.stamp;
+  }));
+  const std::size_t transforms = client_.transforms().size();
+  // Not what the silence before this test made it say.
+  DiagnosticsListener diagnostics;
+  EXPECT_TRUE(diagnostics.waitForStatus("bs_car_odometry: Encoders", Level::ERROR, "no wheel message for"));
+  const double seconds = (ros::SteadyTime::now() - begin).toSec();
+  // Half a second of silence, less what the message was under way, which a report of every second says.
+  EXPECT_GT(seconds, 0.4);
+  EXPECT_EQ(client_.odometry().size(), published) << "no invented standstill";
+  EXPECT_EQ(client_.transforms().size(), transforms);
+  ASSERT_TRUE(ahead()) << "and it goes on";
+  recordFigure("0 messages in the silence, ERROR within %g s", roundedUp(std::max(seconds, 1.5)));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "odometry_client.hpp"
 #include "restless_driver.hpp"
+#include "support/figure.hpp"
 
 #include <gtest/gtest.h>
 #include <std_srvs/Trigger.h>
@@ -104,6 +105,7 @@ TEST_F(Storms, N11_set_pose_and_reset_take_effect_between_steps_only) {
   EXPECT_TRUE(waitFor([&] { return seen_[kCalls + 1] > 10; }));
   // Each pose lasts until the reset that follows 10 ms later, two steps; a reset may overtake a pose.
   EXPECT_GT(seen_.size(), 0.3 * kCalls);
+  recordFigure("%d calls at 100 Hz: every pose is whole steps after one that was set", kCalls);
 }
 
 TEST_F(Storms, P5_a_parameter_that_changes_has_no_effect) {
@@ -146,7 +148,7 @@ TEST_F(Storms, N10_no_message_can_fill_the_log) {
   // The last lines may be on their way.
   waitFor([] { return false; }, 0.5);
   const std::size_t lines = log.count("", 0);
-  std::cout << lines << " lines in " << seconds << " s\n";
+  recordFigure("4 s of hostile messages: at most %.0f lines", roundedUp(static_cast<double>(lines)));
   EXPECT_GT(lines, 3u) << "they are turned down";
   // Eleven verdicts, and a dozen other causes, each once in 5 s.
   EXPECT_LT(static_cast<double>(lines), 25.0 * std::ceil(seconds / 5.0));

@@ -108,11 +108,11 @@ class Ellipse(unittest.TestCase):
             time.sleep(2.0)  # rviz draws the last messages
             subprocess.run(["import", "-window", "root", picture], env=environment, check=True)
 
-    def test_covers_the_car(self):
+    def test_O5_covers_the_car(self):
         """The ellipse of 3 sigma after 60 m is larger than the arrow of the car."""
         self.assertGreater(ellipse_pixels(self.screenshot(covariance=True)), 1000)
 
-    def test_check_can_fail(self):
+    def test_O5_check_can_fail(self):
         """Nothing else in the picture has the ellipse's colour."""
         self.assertLess(ellipse_pixels(self.screenshot(covariance=False)), 100)
 

@@ -11,6 +11,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "test/support"))
+import reliability  # noqa: E402
 import xunit  # noqa: E402
 
 
@@ -66,6 +67,21 @@ class Contract(unittest.TestCase):
             for line in path.read_text().splitlines()
             if re.search(pattern, line.split("//")[0])
         ]
+
+    def test_every_row_has_a_test(self):
+        """By the names of tests, as the table of results is written."""
+        tests = []
+        for path in sorted((ROOT / "test").rglob("*_test.cpp")):
+            found = re.findall(r"^TEST(?:_[FP])?\(\s*(\w+),\s*(\w+)\)", path.read_text(), re.MULTILINE)
+            tests += [name for suite, name in found if reliability.is_of_the_contract(suite)]
+        for path in (ROOT / "test").rglob("test_*.py"):
+            tests += re.findall(r"^    def (test_\w+)\(self", path.read_text(), re.MULTILINE)
+        tested = {row for name in tests for row in reliability.rows_of(name)}
+        rows = reliability.contract_rows((ROOT / "docs/reliability.md").read_text())
+        self.assertGreater(len(rows), 50)
+        self.assertEqual([row for row in rows if row not in tested], [])
+        # Those of the model's reference values (docs/model.md, 9) begin after the contract's.
+        self.assertEqual(sorted(tested - set(rows)), ["T18", "T19", "T20"])
 
     def test_P5_parameters_are_read_in_one_place(self):
         """Nothing but the start asks the parameter server."""

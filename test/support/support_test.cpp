@@ -1,8 +1,10 @@
+#include "support/figure.hpp"
 #include "support/matchers.hpp"
 #include "support/numerical_derivative.hpp"
 #include "support/seeded_generator.hpp"
 
 #include <cmath>
+#include <utility>
 
 namespace bs_car_odometry::test_support {
 namespace {
@@ -62,6 +64,22 @@ TEST(SeededGenerator, RepeatsItselfWithTheVarianceAskedFor) {
   for (int i = 0; i < kDraws; ++i) sum_of_squares += std::pow(first.normal(4.0), 2);
   // The mean of n squares has the relative standard deviation sqrt(2/n) = 1.4 %; four of them.
   EXPECT_NEAR(sum_of_squares / kDraws, 4.0, 4.0 * 4.0 * std::sqrt(2.0 / kDraws));
+}
+
+TEST(RoundedUp, IsOneTwoOrFiveAtLeastAsLarge) {
+  const std::pair<double, double> expected[] = {{0.0, 0.0},     {-1.0, 0.0},    {1.0, 1.0},  {1.1, 2.0},
+                                                {0.004, 0.005}, {0.06, 0.1},    {9.0, 10.0}, {0.2, 0.2},
+                                                {3e-9, 5e-9},   {501.0, 1000.0}};
+  for (const auto& [value, rounded] : expected) EXPECT_DOUBLE_EQ(roundedUp(value), rounded) << value;
+  EXPECT_EQ(roundedUp(std::nan("")), 0.0);
+}
+
+TEST(RecordedFigure, IsAPropertyOfTheTest) {
+  recordFigure("%d of %s", 3, "four");
+  const ::testing::TestResult& result = *::testing::UnitTest::GetInstance()->current_test_info()->result();
+  ASSERT_EQ(result.test_property_count(), 1);
+  EXPECT_STREQ(result.GetTestProperty(0).key(), "figure");
+  EXPECT_STREQ(result.GetTestProperty(0).value(), "3 of four");
 }
 
 }  // namespace

@@ -10,8 +10,14 @@ import unittest
 from xml.etree import ElementTree
 
 
+def record_figure(test, text):
+    """What a test has measured, for the table of results in docs/reliability.md, as recordFigure() of the C++ tests."""
+    print(text)
+    test.figure = text
+
+
 class _Result(unittest.TextTestResult):
-    """Remembers how each test ended: (name, seconds, tag, message), tag None where it passed."""
+    """Remembers how each test ended: (name, seconds, tag, message, figure), tag None where it passed."""
 
     def __init__(self, *arguments):
         super().__init__(*arguments)
@@ -44,16 +50,18 @@ class _Result(unittest.TextTestResult):
             self._end(subtest, "failure", self._exc_info_to_string(err, test))
 
     def _end(self, test, tag, message):
-        self.ended.append((str(test), time.monotonic() - self._started, tag, message))
+        self.ended.append((str(test), time.monotonic() - self._started, tag, message, getattr(test, "figure", None)))
 
 
 def _write(result, suite_name, path):
-    tags = [tag for _, _, tag, _ in result.ended]
+    tags = [tag for _, _, tag, _, _ in result.ended]
     suite = ElementTree.Element(
         "testsuite", name=suite_name, tests=str(len(tags)), failures=str(tags.count("failure")),
         errors=str(tags.count("error")), skipped=str(tags.count("skipped")))
-    for name, seconds, tag, message in result.ended:
+    for name, seconds, tag, message, figure in result.ended:
         case = ElementTree.SubElement(suite, "testcase", classname=suite_name, name=name, time=f"{seconds:.3f}")
+        if figure:
+            case.set("figure", figure)
         if tag:
             ElementTree.SubElement(case, tag, message=message.strip().splitlines()[-1]).text = message
     ElementTree.ElementTree(suite).write(path, encoding="utf-8", xml_declaration=True)
