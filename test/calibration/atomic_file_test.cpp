@@ -1,6 +1,7 @@
 // C11: a calibration file is the old one or the new one, whatever ends the saving.
 #include "calibration_file.hpp"
 
+#include "support/environment.hpp"
 #include "support/figure.hpp"
 #include "tools/temporary_folder.hpp"
 
@@ -26,6 +27,9 @@ namespace {
 using ::testing::HasSubstr;
 using tools::testing::errorOf;
 using tools::testing::TemporaryFolder;
+
+// scripts/kills asks for more.
+const int kKills = static_cast<int>(fromEnvironment("BS_CAR_ODOMETRY_KILLS", 100.0));
 
 std::string textOf(const std::string& path) {
   std::ifstream file(path);
@@ -69,7 +73,7 @@ pid_t startWriting(const Write& write, const std::string& path, int first) {
 }
 
 /// How many of the files that killed processes leave cannot be read.
-int corruptAfterKills(const Write& write, int kills) {
+int corruptAfterKills(const Write& write) {
   constexpr unsigned kSeed = 11;
   std::cout << "seed " << kSeed << "\n";
   std::mt19937 random(kSeed);
@@ -78,7 +82,7 @@ int corruptAfterKills(const Write& write, int kills) {
   const TemporaryFolder folder;
   const std::string path = folder.file("car.yaml");
   int corrupt = 0;
-  for (int kill = 0; kill < kills; ++kill) {
+  for (int kill = 0; kill < kKills; ++kill) {
     const int first = 1000000 * (kill + 1);
     const pid_t process = startWriting(write, path, first);
     const timespec moment{0, nanoseconds(random)};
@@ -100,15 +104,15 @@ int corruptAfterKills(const Write& write, int kills) {
 }
 
 TEST(AtomicFile, C11_a_killed_writing_leaves_a_whole_file) {
-  const int corrupt = corruptAfterKills(writeAtomically, 100);
+  const int corrupt = corruptAfterKills(writeAtomically);
   EXPECT_EQ(corrupt, 0);
-  recordFigure("%d of 100 files broken by kill -9", corrupt);
+  recordFigure("%d of %d files broken by kill -9", corrupt, kKills);
 }
 
 /// The test above finds what it looks for.
 TEST(AtomicFile, C11_plain_rewriting_does_not) {
-  const int corrupt = corruptAfterKills(rewrite, 100);
-  std::cout << "corrupt after plain rewriting: " << corrupt << " of 100\n";
+  const int corrupt = corruptAfterKills(rewrite);
+  std::cout << "corrupt after plain rewriting: " << corrupt << " of " << kKills << "\n";
   EXPECT_GT(corrupt, 0);
 }
 

@@ -1,5 +1,6 @@
 // A covariance that lives long. $BS_CAR_ODOMETRY_DAYS says how many simulated days are driven;
 // scripts/endurance asks for thirty.
+#include "support/environment.hpp"
 #include "support/figure.hpp"
 #include "support/matchers.hpp"
 #include "vehicles.hpp"
@@ -9,7 +10,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -22,10 +22,7 @@ using namespace test_support;
 constexpr long kStepsPerHour = 3600L * 100L;  // 100 Hz
 const Duration kInterval = durationFromSeconds(0.01);
 
-double daysToDrive() {
-  const char* days = std::getenv("BS_CAR_ODOMETRY_DAYS");
-  return days == nullptr ? 1.0 : std::stod(days);
-}
+double daysToDrive() { return fromEnvironment("BS_CAR_ODOMETRY_DAYS", 1.0); }
 
 OdometryEstimator makeEstimator(Uncertainty method) {
   OdometryConfiguration configuration;

@@ -1,8 +1,9 @@
 #include "hostile_bytes.hpp"
 
+#include "support/environment.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <iostream>
 #include <iterator>
@@ -68,8 +69,7 @@ std::vector<std::uint8_t> HostileBytes::spoil(std::vector<std::uint8_t> bytes) {
 }
 
 int spoiledBatches(double share, int batch) {
-  const char* all = std::getenv("BS_CAR_ODOMETRY_FUZZED_MESSAGES");
-  const double messages = share * (all == nullptr ? 100000.0 : std::stod(all));
+  const double messages = share * fromEnvironment("BS_CAR_ODOMETRY_FUZZED_MESSAGES", 100000.0);
   const int batches = static_cast<int>(std::ceil(messages / batch));
   std::cout << batches * batch << " spoiled messages" << std::endl;
   return batches;
