@@ -53,6 +53,8 @@ class OdometryClient {
   /// Calls ~reset; the next step may jump.
   bool reset();
   void announceJump() { invariants_.announceJump(); }
+  /// Somebody publishes on /tf, who is heard.
+  bool hearsTransforms() const { return subscribers_.back().getNumPublishers() > 0; }
   /// From now on /tf is not listened to.
   void ignoreTransforms() { subscribers_.pop_back(); }
   /// From now on every step may be of any length.

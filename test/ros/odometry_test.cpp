@@ -168,6 +168,7 @@ TEST_F(Odometry, straightAheadAtHalfAMetrePerSecond) {
 }
 
 TEST_F(Odometry, transformIsThePose) {
+  ASSERT_TRUE(waitFor([&] { return client_->hearsTransforms(); }));
   ASSERT_TRUE(client_->step({0, 0, 0, 0}));
   const auto odom = client_->step({900, 1000, 900, 1000}, 0.1);
   ASSERT_TRUE(odom);

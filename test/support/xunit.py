@@ -4,6 +4,7 @@ rosunit would do, but counts a skipped test as passed.
 """
 
 import argparse
+import pathlib
 import sys
 import time
 import unittest
@@ -64,6 +65,7 @@ def _write(result, suite_name, path):
             case.set("figure", figure)
         if tag:
             ElementTree.SubElement(case, tag, message=message.strip().splitlines()[-1]).text = message
+    pathlib.Path(path).parent.mkdir(parents=True, exist_ok=True)  # the first test to run finds none
     ElementTree.ElementTree(suite).write(path, encoding="utf-8", xml_declaration=True)
 
 
