@@ -57,6 +57,7 @@ FaultMonitor::FaultMonitor(const OdometryConfiguration& configuration)
     : configuration_(configuration),
       prior_(systematicCovariance(configuration)),
       fit_(configuration.vehicle, configuration.noise),
+      steady_(configuration.vehicle),
       all_wheels_(configuration.options.axles == AxleSelection::kBoth),
       enabled_(all_wheels_ && configuration.options.fault_detection),
       follows_law_(configuration.vehicle.rear_steering.source == RearSteering::Source::kPolynomial) {
@@ -69,6 +70,8 @@ void FaultMonitor::reset() {
   out_.reset();
   undecided_.reset();
   swapped_.reset();
+  frozen_.reset();
+  steady_.reset();
   report_ = SensorReport();
   course_ = PerAxle<Course>();
   swap_votes_ = {};
@@ -81,6 +84,7 @@ void FaultMonitor::setConfiguration(const OdometryConfiguration& configuration) 
   configuration_ = configuration;
   prior_ = systematicCovariance(configuration);
   fit_ = WheelFit(configuration.vehicle, configuration.noise);
+  steady_ = SteadyWheels(configuration.vehicle);
   startStretch();
   window_.count = 0;
 }
@@ -211,9 +215,13 @@ std::optional<Eigen::Matrix3d> FaultMonitor::add(const StepReadings& measured, c
   if (elapsed_ < kStretch || measured_.length() == 0.0) return std::nullopt;
   const StepReadings stretch = measured_.readings();
   const double length = measured_.length();
+  const double duration = elapsed_;
   startStretch();
+  steady_.add(stretch, duration);
+  followFrozen(stretch, duration);
   inspectSensors(stretch);
-  const BodyMotion effect = judge(stretch);
+  BodyMotion effect = judge(stretch);
+  if (effect.isZero(0.0)) effect = judgeFrozen(stretch);
   const Eigen::Matrix3d covariance = effect * effect.transpose() + guess(length);
   if (covariance.isZero(0.0)) return std::nullopt;
   return covariance;
@@ -287,6 +295,50 @@ BodyMotion FaultMonitor::judge(const StepReadings& stretch) {
   return stretches * (fit_.increment(trusted(stretch)).motion - fit_.increment(readings).motion);
 }
 
+/// Which wheels are frozen; one that begins to read something else is so no longer.
+void FaultMonitor::followFrozen(const StepReadings& stretch, double seconds) {
+  for (const Wheel wheel : kAllWheels) {
+    if (steady_.run(wheel).stretches == 1) frozen_.reset(sensor(wheel));
+    if (isFrozen(wheel, stretch, seconds)) frozen_.set(sensor(wheel));
+  }
+}
+
+/// A driver that repeats the last speed of a silent sensor is nearly right as long as the car keeps it: no
+/// test of how well the readings agree sees it early.
+/// @return what it has done to the motion
+BodyMotion FaultMonitor::judgeFrozen(const StepReadings& stretch) {
+  for (const Wheel wheel : kAllWheels) {
+    if (!frozen_[sensor(wheel)] || out_[sensor(wheel)]) continue;
+    const StepReadings readings = trusted(stretch);
+    const SensorTests tests = testSensors(fit_.evidence(readings), prior_);
+    const Suspects found{{sensor(wheel)}, 1};
+    if (!leaveOut(found, tests)) continue;
+    describe(found, tests, stretch);
+    return steady_.run(wheel).stretches *
+           (fit_.increment(trusted(stretch)).motion - fit_.increment(readings).motion);
+  }
+  return BodyMotion::Zero();
+}
+
+/// The wheel's reading has stayed the same to a tick, while all others' have changed, and by them its own
+/// would have.
+bool FaultMonitor::isFrozen(Wheel wheel, const StepReadings& stretch, double seconds) const {
+  const SensorSet out = out_ | SensorSet().set(sensor(wheel));
+  if (!present_[sensor(wheel)] || !determines(out)) return false;
+  PerWheel<bool> ignored;
+  for (const Wheel other : kAllWheels) ignored[other] = out[sensor(other)];
+  if (!steady_.isLeftBehind(wheel, stretch, seconds, ignored)) return false;
+  const SteadyWheels::Run& run = steady_.run(wheel);
+  const double change = speedOf(wheel, stretch, seconds) - speedOf(wheel, run.first, run.seconds);
+  return std::abs(change) > steady_.leastChange(wheel, stretch, seconds);
+}
+
+/// [m/s] of a wheel by the others.
+double FaultMonitor::speedOf(Wheel wheel, const StepReadings& stretch, double seconds) const {
+  const StepReadings others = without(out_ | SensorSet().set(sensor(wheel)), stretch);
+  return (stretch.travel[wheel] - fit_.increment(others).residuals.wheel[wheel]) / seconds;
+}
+
 /// Where a suspect is needed, another may have been left out in its place: one that makes sense with the rest
 /// once the suspect is gone.
 void FaultMonitor::reconsider(std::size_t suspect, double chi_square, const StepReadings& stretch) {
@@ -337,13 +389,15 @@ void FaultMonitor::inspect(std::size_t sensor, const StepReadings& measured) {
   if (!sound || inspection.sound == 0) inspection.first_angle = angle;
   inspection.sound = sound ? inspection.sound + 1 : 0;
   inspection.evidence = noEvidence();
-  // A frozen angle is right in passing.
-  const bool moved = isWheel(sensor) || std::abs(angle - inspection.first_angle) > 2.0 * leastFault(sensor);
+  // What is frozen is right in passing.
+  const bool moved = isWheel(sensor) ? !frozen_[sensor]
+                                     : std::abs(angle - inspection.first_angle) > 2.0 * leastFault(sensor);
   if (inspection.sound >= kSoundStretches && moved && !swapped_[sensor]) takeBack(sensor);
 }
 
 void FaultMonitor::takeBack(std::size_t sensor) {
   out_.reset(sensor);
+  frozen_.reset(sensor);
   report_.sensors[sensor] = SensorState();
   window_.count = 0;
 }
@@ -369,6 +423,7 @@ void FaultMonitor::describe(std::size_t sensor, const StepReadings& measured, co
   if (expected == 0.0) return;
   state.ratio = travel / expected;
   state.fault = undecided ? SensorFault::kUndecided : faultOf(state.ratio);
+  if (frozen_[sensor] && state.fault == SensorFault::kWrongTravel) state.fault = SensorFault::kFrozen;
 }
 
 /// Two wheels that make sense with each other's counters, and not with their own.

@@ -50,6 +50,9 @@ std::string fault(const SensorState& state) {
     case SensorFault::kWrongAngle:
       return format("is %.2f rad off the wheels: check its sensor, steering/scale and offset",
                     std::abs(state.angle_error));
+    case SensorFault::kFrozen:
+      return "says the same speed again and again while it changes: check its sensor and what its driver "
+             "repeats";
   }
   return "";
 }

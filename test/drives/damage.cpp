@@ -18,6 +18,16 @@ void scaleTravel(std::vector<Sample>& drive, Wheel wheel, double factor, double 
   }
 }
 
+void freezeSpeed(std::vector<Sample>& drive, Wheel wheel, double from) {
+  std::size_t first = 1;
+  while (drive[first].time < from) ++first;
+  const Sample before = drive[first - 1];
+  const Sample at = drive[first];
+  const double speed = static_cast<double>(at.ticks[wheel] - before.ticks[wheel]) / (at.time - before.time);
+  for (std::size_t i = first; i < drive.size(); ++i)
+    drive[i].ticks[wheel] = at.ticks[wheel] + std::llround(speed * (drive[i].time - at.time));
+}
+
 void swapCounters(std::vector<Sample>& drive, Wheel a, Wheel b) {
   for (Sample& sample : drive) std::swap(sample.ticks[a], sample.ticks[b]);
 }

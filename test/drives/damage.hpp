@@ -17,6 +17,10 @@ constexpr double kForever = std::numeric_limits<double>::infinity();
 void scaleTravel(std::vector<Sample>& drive, Wheel wheel, double factor, double from = 0.0,
                  double until = kForever);
 
+/// The wheel's counter goes on with the speed of that time: its sensor is silent, and the driver repeats
+/// itself.
+void freezeSpeed(std::vector<Sample>& drive, Wheel wheel, double from);
+
 void swapCounters(std::vector<Sample>& drive, Wheel a, Wheel b);
 
 /// The sensor gives its reading of that time from then on.

@@ -18,6 +18,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <random>
 #include <tuple>
 
 namespace bs_car_odometry::drives {
@@ -138,6 +139,67 @@ TEST_P(EachWheel, E7_goes_on_with_three_wheels) {
                rootMeanSquare(without) / rootMeanSquare(healthy));
   EXPECT_LE(rootMeanSquare(without), 1.5 * rootMeanSquare(healthy));
   EXPECT_TRUE(laboratory::meanInterval(3.0, kDrives).holds(nees)) << nees;
+}
+
+/// 40 s on a motorway, straight ahead from 20 m/s, by a thousandth faster each second, and slower again.
+std::vector<Sample> motorway(const OdometryConfiguration& odometry, std::uint64_t seed) {
+  constexpr double kStep = 0.02;  // s
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<Sample> drive(1);
+  PerWheel<double> travels;
+  for (int i = 1; i <= 2000; ++i) {
+    Sample sample;
+    sample.time = i * kStep;
+    const double way = 20.0 * kStep * (1.0 + 0.001 * std::min(sample.time, 40.0 - sample.time));
+    sample.truth = drive.back().truth;
+    sample.truth.x += way;
+    for (const Wheel wheel : kAllWheels) {
+      travels[wheel] += way + std::sqrt(odometry.noise.wheel.variance()) * std::sqrt(way) * normal(random);
+      sample.ticks[wheel] = std::llround(travels[wheel] / odometry.vehicle.metres_per_tick[wheel]);
+    }
+    drive.push_back(sample);
+  }
+  return drive;
+}
+
+/// Long before it is 2 % wrong, which is the least that a wheel is believed to be wrong by otherwise.
+TEST_P(EachWheel, E7_frozen_speed_is_named_when_the_car_has_changed_its_own_by_a_percent) {
+  OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
+  odometry.noise.wheel = Distribution(0.002);
+  odometry.noise.systematic = {0.0, 0.0, 0.0,
+                               0.0};  // of a calibrated car, which soon takes back what is right
+  const std::size_t wheel = sensor(GetParam());
+  double latest = 0.0;
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    std::vector<Sample> drive = motorway(odometry, seed);
+    EXPECT_EQ(run(odometry, drive).sensors.exclusions, 0u) << "nothing is wrong yet, seed " << seed;
+    freezeSpeed(drive, GetParam(), 5.0);
+    const Outcome outcome = run(odometry, drive);
+    SCOPED_TRACE(::testing::Message() << "seed " << seed);
+    ASSERT_TRUE(outcome.named[wheel]);
+    latest = std::max(latest, *outcome.named[wheel] - 5.0);
+    EXPECT_THAT(leftOut(outcome), ::testing::ElementsAre(wheel));
+    EXPECT_EQ(outcome.sensors.sensors[wheel].fault, SensorFault::kFrozen);
+    EXPECT_EQ(outcome.sensors.exclusions, 1u) << "and not taken back: it is right only in passing";
+  }
+  // A percent after 10 s, give or take the noise of the two stretches that are compared: each is 0.14 % of
+  // its travel, and the slowest of three wheels counts.
+  EXPECT_GE(latest, 8.0);
+  EXPECT_LE(latest, 12.0);
+  recordFigure("frozen speed: named after %.1f s in which the car's changes by 0.1 %% a second", latest);
+}
+
+/// All wheels keep the same speed here, and none is frozen.
+TEST(Faults, E7_wheels_of_a_car_that_keeps_its_speed_are_not_frozen) {
+  const OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
+  DriveSettings settings = driveOf(odometry, "circle", 0);
+  settings.noise.reset();
+  settings.draw_gains.reset();
+  std::vector<Sample> drive = record(odometry.vehicle, settings);
+  EXPECT_EQ(run(odometry, drive).sensors.exclusions, 0u);
+  offsetAngle(drive, Axle::kFront, 0.1, kFault);
+  EXPECT_THAT(leftOut(run(odometry, drive)), ::testing::ElementsAre(sensor(Axle::kFront)));
 }
 
 TEST_P(EachWheel, E7_is_taken_back_when_it_counts_again) {

@@ -24,7 +24,7 @@ import trajectory  # noqa: E402
 GROUPS = ["n008", "n015", "comma"]
 WHEELS = ["fl", "fr", "rl", "rr"]
 SENSORS = WHEELS + ["front steering", "rear steering"]
-FAULT_NAMES = ["", "undecided", "stuck", "reversed", "wrong travel", "swapped", "wrong angle"]
+FAULT_NAMES = ["", "undecided", "stuck", "reversed", "wrong travel", "swapped", "wrong angle", "frozen"]
 # Of the untouched drive's drift, or in % of the distance more.
 FACTOR = 2.0
 MARGIN = 0.5

@@ -41,10 +41,8 @@ class SpoiltRecordings(unittest.TestCase):
         xunit.record_figure(self, f"recorded cars: {named} of {len(self.spoilt)} spoilt wheels named")
 
     def test_E7_the_drift_without_the_wheel(self):
-        """But for a speed that is frozen while the car keeps it to 2 %: of that a wheel's share goes unseen."""
+        """At most twice that of the untouched drive, or 0.5 % of the distance more."""
         for row in self.spoilt:
-            if (row.drive, row.fault) == ("segment-40a", "frozen"):
-                continue
             with self.subTest(drive=row.drive, wheel=row.wheel, fault=row.fault):
                 self.assertTrue(row.bears(), f"{row.drift:.2f} %, untouched {row.untouched:.2f} %")
 

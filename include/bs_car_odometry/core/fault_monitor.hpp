@@ -4,6 +4,7 @@
 #include "bs_car_odometry/core/odometry_configuration.hpp"
 #include "bs_car_odometry/core/pending_readings.hpp"
 #include "bs_car_odometry/core/sensor_faults.hpp"
+#include "bs_car_odometry/core/steady_wheels.hpp"
 #include "bs_car_odometry/core/wheel_fit.hpp"
 
 #include <array>
@@ -85,6 +86,10 @@ class FaultMonitor {
   void startStretch();
   Suspects blame(const SensorTests& tests, const StepReadings& readings, double length) const;
   BodyMotion judge(const StepReadings& stretch);
+  void followFrozen(const StepReadings& stretch, double seconds);
+  BodyMotion judgeFrozen(const StepReadings& stretch);
+  bool isFrozen(Wheel wheel, const StepReadings& stretch, double seconds) const;
+  double speedOf(Wheel wheel, const StepReadings& stretch, double seconds) const;
   void reconsider(std::size_t suspect, double chi_square, const StepReadings& stretch);
   Eigen::Matrix3d guess(double length);
   void inspectSensors(const StepReadings& measured);
@@ -99,6 +104,7 @@ class FaultMonitor {
   OdometryConfiguration configuration_;
   SystematicCovariance prior_;
   WheelFit fit_;
+  SteadyWheels steady_;
   bool all_wheels_;  ///< the fit of both axles
   bool enabled_;
   bool follows_law_;  ///< the rear angle follows from the front one
@@ -106,6 +112,7 @@ class FaultMonitor {
   SensorSet out_;
   SensorSet undecided_;  ///< of these, those that were left out with others
   SensorSet swapped_;    ///< of these, those that have each other's counters: never taken back
+  SensorSet frozen_;     ///< wheels that have said the same speed ever since the car had another
   SensorReport report_;
   std::array<Inspection, kSensors> inspections_;
   int guesses_{0};  ///< successive stretches whose motion is a guess

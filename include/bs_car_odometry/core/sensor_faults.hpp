@@ -27,6 +27,7 @@ enum class SensorFault {
   kWrongTravel,  ///< the wheel slips, or its metres per tick are wrong
   kSwapped,      ///< two wheels have each other's counters
   kWrongAngle,   ///< the steering sensor contradicts the wheels
+  kFrozen,       ///< the same speed is read again and again while the wheel's changes
 };
 
 struct SensorState {
