@@ -3,10 +3,11 @@
 odometry is. Writes soak.csv and soak.png, prints the figures; ends with 1 when one of them has grown."""
 
 import argparse
+import array
 import csv
+import itertools
 import os
 import pathlib
-import re
 import select
 import shutil
 import signal
@@ -60,34 +61,40 @@ def process_of(node, master):
 
 
 def report_of(driver):
-    """(odometries heard, 99th percentile of their age [ms]) of the driver's next second."""
-    report = None
-    while not report:  # ROS writes its own lines between them
+    """Ages [us] of the odometries that the driver heard in its next second."""
+    while True:  # ROS writes its own lines between them
         if not select.select([driver.stdout], [], [], PATIENCE)[0]:
             raise RuntimeError("the driver says nothing")
         line = driver.stdout.readline()
         if not line:
             raise RuntimeError("the driver has ended")
-        report = re.fullmatch(rb"soak (\d+) ([\d.]+)\n", line)
-    return int(report[1]), float(report[2])
+        words = line.split()
+        if words and words[0] == b"soak":
+            return array.array("q", map(int, words[1:]))
+
+
+def percentile(ages):
+    """99th percentile [ms] of ages [us]; 0 of none."""
+    return sorted(ages)[len(ages) * 99 // 100] / 1000.0 if ages else 0.0
 
 
 def wait_for_odometry(driver):
     """Returns after the first whole second of odometry."""
     for _ in range(int(PATIENCE)):
-        if report_of(driver)[0] > 0:
+        if report_of(driver):
             report_of(driver)
             return
     raise RuntimeError(f"no odometry within {PATIENCE:.0f} s")
 
 
 def sample(second, driver, processes, logs):
-    """One row of the table; waits for the end of the second."""
-    messages, p99 = report_of(driver)
+    """One row of the table, with the ages of all its odometries; waits for the end of the second."""
+    ages = report_of(driver)
     resident, threads, files = size_of(processes[0])
     log_bytes = sum(path.stat().st_size for path in logs.rglob("*") if path.is_file() and not path.is_symlink())
-    return dict(zip(COLUMNS, (second, messages, p99, resident, threads, files, size_of(processes[1])[0],
-                              log_bytes / 1024.0)))
+    row = dict(zip(COLUMNS, (second, len(ages), percentile(ages), resident, threads, files, size_of(processes[1])[0],
+                             log_bytes / 1024.0)))
+    return dict(row, ages=ages)
 
 
 def soak(arguments, write):
@@ -114,8 +121,8 @@ def settling(samples):
 
 def figures(samples):
     """What is compared, as {name: (first, last)}: the medians of ten seconds after it has settled, and of the last ten;
-    of the latency the medians of the first and of the last minute's seconds, and the least of them, which tells what is
-    the odometry's own on a machine that does something else as well."""
+    of the latency the 99th percentiles of the first and of the last minute, and of the quietest second of both, which
+    tells what is the odometry's own on a machine that does something else as well."""
     settled = settling(samples)
 
     def median(column, part):
@@ -123,8 +130,10 @@ def figures(samples):
 
     compared = {column: (median(column, samples[settled:settled + AROUND]), median(column, samples[-AROUND:]))
                 for column in COLUMNS if column not in ("second", "p99_ms")}
-    compared["p99_ms"] = (median("p99_ms", samples[:settled]), median("p99_ms", samples[-settled:]))
-    compared["quietest_ms"] = tuple(min(row["p99_ms"] for row in part) for part in (samples[:settled], samples[-settled:]))
+    minutes = (samples[:settled], samples[-settled:])
+    compared["p99_ms"] = tuple(percentile(list(itertools.chain.from_iterable(row["ages"] for row in part)))
+                               for part in minutes)
+    compared["quietest_ms"] = tuple(min(row["p99_ms"] for row in part) for part in minutes)
     return compared
 
 
@@ -157,9 +166,9 @@ def lines(samples, compared):
         f"threads            {compared['threads'][0]:.0f} to {compared['threads'][1]:.0f}",
         f"open files         {compared['files'][0]:.0f} to {compared['files'][1]:.0f}",
         f"log                {samples[0]['log_kb']:.1f} to {samples[-1]['log_kb']:.1f} kB in all",
-        f"latency            99th percentile of a second, median of the first and of the last {settling(samples)}: "
-        f"{first:.3f} and {last:.3f} ms, ratio {last / first:.2f}",
-        "                   in the quietest second of both: {:.3f} and {:.3f} ms".format(*compared["quietest_ms"]),
+        f"latency            99th percentile of the first and of the last {settling(samples)} s: {first:.3f} and "
+        f"{last:.3f} ms, ratio {last / first:.2f}",
+        "                   of the quietest second of both: {:.3f} and {:.3f} ms".format(*compared["quietest_ms"]),
     ]
 
 
@@ -202,7 +211,7 @@ def main():
 
         def write(row):
             samples.append(row)
-            table.writerow({name: round(value, 4) for name, value in row.items()})
+            table.writerow({name: round(row[name], 4) for name in COLUMNS})
             file.flush()
 
         try:

@@ -1,11 +1,11 @@
 // soak_driver: drives a car with wheels and steering at 1 kHz, and gives back to the calibration what the
-// odometry says as the poses of a laser. Says every second how many odometries it has heard, and the 99th
-// percentile of their age [ms]: from before the wheels were published until the odometry was heard.
+// odometry says as the poses of a laser. Says every second how old the odometries were that it has heard
+// [us]: from before the wheels were published until the odometry was heard.
 
 #include "ros/restless_driver.hpp"
 
-#include <algorithm>
-#include <cstdio>
+#include <cstdint>
+#include <iostream>
 #include <vector>
 
 namespace bs_car_odometry::testing {
@@ -21,20 +21,15 @@ constexpr double kSigma = 0.02;                 // m and rad, of the laser
 class Listener {
  public:
   void onOdometry(const nav_msgs::Odometry& message) {
-    ages_.push_back((ros::Time::now() - message.header.stamp).toSec());
+    ages_.push_back((ros::Time::now() - message.header.stamp).toNSec() / 1000);
     if (++heard_ % kOdometriesALaser == 0) sendLaser(message);
   }
 
   /// What the last second was like.
   void report() {
-    double percentile = 0.0;
-    if (!ages_.empty()) {
-      const auto nth = ages_.begin() + static_cast<std::ptrdiff_t>(ages_.size() * 99 / 100);
-      std::nth_element(ages_.begin(), nth, ages_.end());
-      percentile = *nth;
-    }
-    std::printf("soak %zu %.4f\n", ages_.size(), 1e3 * percentile);
-    std::fflush(stdout);
+    std::cout << "soak";
+    for (const std::int64_t age : ages_) std::cout << ' ' << age;
+    std::cout << std::endl;
     ages_.clear();
   }
 
@@ -52,7 +47,7 @@ class Listener {
   ros::Publisher laser_{node_.advertise<geometry_msgs::PoseWithCovarianceStamped>("laser_pose", kQueueSize)};
   ros::Subscriber odom_{
       node_.subscribe("odom", kQueueSize, &Listener::onOdometry, this, ros::TransportHints().tcpNoDelay())};
-  std::vector<double> ages_;  // s, since the last report
+  std::vector<std::int64_t> ages_;  // us, since the last report
   std::size_t heard_{0};
 };
 

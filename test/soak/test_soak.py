@@ -17,8 +17,9 @@ def run(**columns):
     """Half an hour in which nothing grows, but for the columns given: functions of the second."""
     steady = {"messages": 1000, "p99_ms": 0.5, "resident_mb": 20.0, "threads": 9, "files": 30, "calibration_mb": 20.0,
               "log_kb": 10.0}
-    return [{"second": second, **steady, **{name: value(second) for name, value in columns.items()}}
+    rows = [{"second": second, **steady, **{name: value(second) for name, value in columns.items()}}
             for second in range(1, 1801)]
+    return [dict(row, ages=[round(1000.0 * row["p99_ms"])] * 10) for row in rows]
 
 
 def faults(**columns):
@@ -41,6 +42,7 @@ class Soak(unittest.TestCase):
         self.assertEqual(faults(), [])
         self.assertEqual(faults(resident_mb=lambda second: min(20.0, 10.0 + second)), [])
         self.assertEqual(faults(p99_ms=lambda second: 100.0 if second % 60 == 0 else 0.5), [])
+        self.assertEqual(soak.percentile([500] * 995 + [100000] * 5), 0.5)
         self.assertEqual(faults(files=lambda second: 30 + (second % 60 == 0)), [])
 
 
