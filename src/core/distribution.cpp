@@ -23,11 +23,11 @@ std::array<double, 4> truncatedMoments(Distribution::Shape shape, double degrees
                                            0.4786286704993665, 0.2369268850561891};
   constexpr double kPanel = 0.125;
   const double end = std::asinh(limit);
-  const double panels = std::ceil(end / kPanel);
+  const int panels = static_cast<int>(std::ceil(end / kPanel));
   const double half = 0.5 * end / panels;
   double mass = 0.0;
   std::array<double, 4> moments{};
-  for (double panel = 0.0; panel < panels; panel += 1.0) {
+  for (int panel = 0; panel < panels; ++panel) {
     for (std::size_t i = 0; i < kNodes.size(); ++i) {
       const double u = half * (2.0 * panel + 1.0 + kNodes[i]);
       const double x = std::sinh(u);

@@ -74,8 +74,8 @@ void HeldErrors::advance(const Step& step, const DrawNumber& number, std::size_t
   fade(step, all, mean);
   DrawNumber next = number;
   double past = skipDraws(step, next, first, all, mean);
-  const double rounds = std::min(std::ceil(step.travel / length_), kMostDraws) + 1.0;
-  for (double round = 0.0; round < rounds; round += 1.0) {
+  const int rounds = static_cast<int>(std::min(std::ceil(step.travel / length_), kMostDraws)) + 1;
+  for (int round = 0; round < rounds; ++round) {
     ++next.round;
     redraw(step, next, past, first, all, mean);
     past += length_;

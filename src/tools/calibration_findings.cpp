@@ -26,6 +26,7 @@ void take(const ParameterVector& values, const ParameterMatrix& covariance, Find
 
 std::string differences(const std::vector<Disagreement>& disagreements) {
   std::vector<std::string> names;
+  names.reserve(disagreements.size());
   for (const Disagreement& disagreement : disagreements)
     names.push_back(parameterName(disagreement.parameter));
   return listed(names);

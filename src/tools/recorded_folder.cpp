@@ -44,6 +44,7 @@ CsvSource sourceOf(const fs::path& run, const std::vector<std::string>& options)
   if (fs::exists(run / "steering.csv")) words.insert(words.end(), {"--steering", run / "steering.csv"});
   words.insert(words.end(), options.begin(), options.end());
   std::vector<const char*> argv;
+  argv.reserve(words.size());
   for (const std::string& word : words) argv.push_back(word.c_str());
   return csvToBagOptions(static_cast<int>(argv.size()), argv.data()).source;
 }

@@ -36,6 +36,14 @@ struct Pair {
 
 using Wheels = Eigen::Vector4d;
 
+/// From, from + step, ... as far as to.
+std::vector<double> lagsBetween(double from, double to, double step) {
+  constexpr double kRounding = 1e-9;
+  std::vector<double> lags(static_cast<std::size_t>(std::max((to - from) / step + kRounding, 0.0)) + 1);
+  for (std::size_t i = 0; i < lags.size(); ++i) lags[i] = from + static_cast<double>(i) * step;
+  return lags;
+}
+
 Pair pairOf(const LaserSample& a, const LaserSample& b) {
   const double heading = 0.5 * (a.base.yaw + b.base.yaw);
   const Eigen::Vector2d way = b.base.position() - a.base.position();
@@ -109,7 +117,7 @@ class LagFit {
   double spread(double lag) const {
     double weight = 0.0, square = 0.0;
     const double least = cost(lag);
-    for (double other = -kFurthest; other <= kFurthest; other += kCoarse) {
+    for (const double other : lagsBetween(-kFurthest, kFurthest, kCoarse)) {
       const double likely = std::exp(least - cost(other));
       weight += likely;
       square += likely * (other - lag) * (other - lag);
@@ -150,8 +158,8 @@ class LagFit {
   double best(double around, double reach, double step) const {
     double best_lag = around;
     double best_cost = cost(around);
-    for (double lag = std::max(around - reach, -kFurthest); lag <= std::min(around + reach, kFurthest);
-         lag += step) {
+    const double first = std::max(around - reach, -kFurthest);
+    for (const double lag : lagsBetween(first, std::min(around + reach, kFurthest), step)) {
       const double c = cost(lag);
       if (c >= best_cost) continue;
       best_cost = c;

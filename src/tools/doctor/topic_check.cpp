@@ -31,7 +31,7 @@ bool isTaken(const std::string& topic, const std::string& type, const std::vecto
 
 std::string holdings(const Types& types) {
   std::vector<std::string> list;
-  for (const auto& [topic, type] : types) list.push_back(topic + " (" + type + ")");
+  for (const auto& [topic, type] : types) list.emplace_back(topic).append(" (").append(type).append(")");
   return list.empty() ? "no messages" : listed(list);
 }
 
