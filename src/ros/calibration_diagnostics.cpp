@@ -99,8 +99,7 @@ void CalibrationDiagnostics::report() {
   updater_.force_update();
   reported_ = adapter_.laserCounts();
   jump_reported_ = true;
-  if (const std::string finding = master_.finding(); !finding.empty() && master_log_.isDue())
-    ROS_WARN_STREAM(finding);
+  master_.warn();
 }
 
 void CalibrationDiagnostics::calibration(Status& status) {
@@ -129,8 +128,7 @@ void CalibrationDiagnostics::calibration(Status& status) {
   const std::string inconsistent = innovations_.verdict();
   if (!inconsistent.empty()) status.mergeSummary(Level::WARN, inconsistent);
   if (!output_fault_.empty()) status.mergeSummary(Level::WARN, output_fault_);
-  if (const std::string finding = master_.finding(); !finding.empty())
-    status.mergeSummary(Level::WARN, finding);
+  master_.addTo(status);
   addProgress(status);
 }
 

@@ -41,8 +41,7 @@ void OdometryDiagnostics::report() {
   updater_.force_update();
   reported_ = pipeline_.counts();
   rival_transform_.clear();
-  if (const std::string finding = master_.finding(); !finding.empty() && master_log_.isDue())
-    ROS_WARN_STREAM(finding);
+  master_.warn();
 }
 
 void OdometryDiagnostics::add(Status& status, unsigned char level, Verdict verdict) const {
@@ -141,8 +140,7 @@ void OdometryDiagnostics::output(Status& status) {
     status.mergeSummary(Level::ERROR, explain(OdometryState::kDegraded));
   if (pipeline_.counts().covariance_repairs > reported_.covariance_repairs)
     status.mergeSummary(Level::WARN, explainRepair());
-  if (const std::string finding = master_.finding(); !finding.empty())
-    status.mergeSummary(Level::WARN, finding);
+  master_.addTo(status);
   if (!rival_transform_.empty()) status.mergeSummary(Level::WARN, rival_transform_);
 }
 

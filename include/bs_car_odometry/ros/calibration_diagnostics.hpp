@@ -2,7 +2,6 @@
 
 #include "bs_car_odometry/calibration/filter.hpp"
 #include "bs_car_odometry/ros/calibration_adapter.hpp"
-#include "bs_car_odometry/ros/log_throttle.hpp"
 #include "bs_car_odometry/ros/master_watch.hpp"
 
 #include <diagnostic_updater/diagnostic_updater.h>
@@ -75,7 +74,6 @@ class CalibrationDiagnostics {
   std::string jump_;  ///< the latest one of the localiser
   bool jump_reported_{true};
   MasterWatch master_;
-  LogThrottle master_log_;
 };
 
 }  // namespace bs_car_odometry

@@ -1,5 +1,9 @@
 #pragma once
 
+#include "bs_car_odometry/ros/log_throttle.hpp"
+
+#include <diagnostic_updater/DiagnosticStatusWrapper.h>
+
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
@@ -16,14 +20,17 @@ class MasterWatch {
   MasterWatch(const MasterWatch&) = delete;
   MasterWatch& operator=(const MasterWatch&) = delete;
 
-  /// What is wrong, with the remedy; empty when nothing is.
-  const char* finding() const { return finding_; }
+  /// Says what is wrong, with the remedy, once in a while; nothing when nothing is.
+  void warn();
+  /// Adds the same to a status.
+  void addTo(diagnostic_updater::DiagnosticStatusWrapper& status) const;
 
  private:
   void run();
   bool stopsWithin(double seconds);
 
-  std::atomic<const char*> finding_{""};
+  std::atomic<const char*> finding_{nullptr};
+  LogThrottle log_;
   std::mutex mutex_;
   std::condition_variable stopping_;
   bool stopped_{false};

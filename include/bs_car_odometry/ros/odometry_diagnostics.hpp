@@ -1,7 +1,6 @@
 #pragma once
 
 #include "bs_car_odometry/core/odometry_pipeline.hpp"
-#include "bs_car_odometry/ros/log_throttle.hpp"
 #include "bs_car_odometry/ros/master_watch.hpp"
 
 #include <diagnostic_updater/diagnostic_updater.h>
@@ -55,7 +54,6 @@ class OdometryDiagnostics {
   diagnostic_updater::Updater updater_;
   std::string started_;  ///< when: a later time than before says that the process was started again
   MasterWatch master_;
-  LogThrottle master_log_;
   ros::WallTimer timer_;
   ros::SteadyTime newest_wheels_;
   OdometryState state_{OdometryState::kNominal};
