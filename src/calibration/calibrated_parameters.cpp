@@ -29,7 +29,7 @@ constexpr double kLaserYawPrior = 0.1;
 constexpr double kTimeOffsetPrior = 0.2;
 
 struct AxleIndices {
-  std::size_t k_r, k_l, k_b, offset, scale;
+  Eigen::Index k_r, k_l, k_b, offset, scale;
 };
 
 constexpr AxleIndices indicesOf(Axle axle) {

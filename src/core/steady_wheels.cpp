@@ -11,7 +11,7 @@ namespace {
 // drivers read zero, and what no rounding is.
 constexpr double kShare = 0.01;
 constexpr double kSpeed = 0.1;  // [m/s]
-constexpr double kTicks = 4.0;
+constexpr double kTicks = 6.0;
 // A noisy wheel repeats itself once now and then, and never for a second.
 constexpr int kStretches = 10;
 

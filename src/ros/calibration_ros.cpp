@@ -302,7 +302,7 @@ std::string CalibrationRos::whyNotSaved() const {
   if (adapter_.parameters().output.empty()) return "no file to write: set the parameter 'output'";
   if (calibrator.stage() == CalibrationStage::kStart)
     return "nothing is known yet: no laser poses that agree with each other have come since the start";
-  const std::string implausible = calibration::implausibleGains(calibrator.estimate().values, observed);
+  std::string implausible = calibration::implausibleGains(calibrator.estimate().values, observed);
   if (!implausible.empty()) return implausible;
   const bool none = std::none_of(observed.begin(), observed.end(), [](bool one) { return one; });
   if (adapter_.parameters().calibration.allow_partial && !none) return {};

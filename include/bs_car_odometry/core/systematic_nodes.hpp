@@ -86,7 +86,7 @@ class SystematicNodes {
     std::array<double, systematic::kCount> phi{};  ///< of the heading, at its beginning
   };
 
-  static constexpr std::size_t kMostOpposites = systematic::kCount * (systematic::kCount + 2);
+  static constexpr std::size_t kMostOpposites = std::size_t{systematic::kCount} * (systematic::kCount + 2);
 
   void addAxis(Eigen::Index component, const Distribution& shape);
   void addPairs(std::size_t axis);

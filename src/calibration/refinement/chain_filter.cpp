@@ -128,7 +128,7 @@ void ChainFilter::begin(const Node& node, const Eigen::Matrix3d& R) {
 ChainInnovation ChainFilter::correct(const Node& node, const Eigen::Matrix3d& R) {
   const Rows H = laserJacobian(node);
   const Rows HP = H * P_;
-  const ChainInnovation innovation{laserResidual(node, values_) - H * x_, HP * H.transpose() + R};
+  ChainInnovation innovation{laserResidual(node, values_) - H * x_, HP * H.transpose() + R};
   const Rows SHP = innovation.covariance.llt().solve(HP);
   x_ += SHP.transpose() * innovation.residual;
   P_ -= HP.transpose() * SHP;

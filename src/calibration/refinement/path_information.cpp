@@ -93,7 +93,7 @@ ParameterMatrix PathInformation::covariance(const ParameterMask& fitted) const {
   for (std::size_t i = 0; i < kCount; ++i) kept[i] = prior_.estimated[i] && !fitted[i];
   const Eigen::MatrixXd F = selection(fitted);
   const Eigen::MatrixXd K = selection(kept);
-  const ParameterMatrix P = K * (K.transpose() * prior_.deviation).cwiseAbs2().asDiagonal() * K.transpose();
+  ParameterMatrix P = K * (K.transpose() * prior_.deviation).cwiseAbs2().asDiagonal() * K.transpose();
   if (F.cols() == 0) return P;
   // What the noise, and the errors of those that are kept, move the fitted ones by.
   const Eigen::MatrixXd N = F * (F.transpose() * normal_ * F).llt().solve(F.transpose());
