@@ -22,6 +22,7 @@ constexpr double kExplained = 0.5;          // of chi-square, by taking one back
 constexpr double kSwapExplained = 0.5;      // of what the likeliest single sensor leaves of chi-square
 constexpr double kSwappedChiSquare = 16.3;  // 3 degrees of freedom, 0.1 %
 constexpr double kMostDeviation = 1.0;
+constexpr int kLongSteady = 10;      // stretches: a noisy wheel repeats itself now and then, and not as often
 constexpr double kStuckRatio = 0.2;  // measured over expected travel, about 0
 constexpr double kReversedRatio = -0.5;
 
@@ -84,7 +85,7 @@ void FaultMonitor::setConfiguration(const OdometryConfiguration& configuration) 
   configuration_ = configuration;
   prior_ = systematicCovariance(configuration);
   fit_ = WheelFit(configuration.vehicle, configuration.noise);
-  steady_ = SteadyWheels(configuration.vehicle);
+  steady_.setVehicle(configuration.vehicle);
   startStretch();
   window_.count = 0;
 }
@@ -212,7 +213,8 @@ std::optional<Eigen::Matrix3d> FaultMonitor::add(const StepReadings& measured, c
   }
   measured_.add(measured);
   elapsed_ += seconds;
-  if (elapsed_ < kStretch || measured_.length() == 0.0) return std::nullopt;
+  if (measured_.length() == 0.0) startStretch();  // with the motion, not with the standstill before it
+  if (elapsed_ < kStretch) return std::nullopt;
   const StepReadings stretch = measured_.readings();
   const double length = measured_.length();
   const double duration = elapsed_;
@@ -297,38 +299,22 @@ BodyMotion FaultMonitor::judge(const StepReadings& stretch) {
 
 /// Which wheels are frozen; one that begins to read something else is so no longer.
 void FaultMonitor::followFrozen(const StepReadings& stretch, double seconds) {
+  PerWheel<bool> ignored;
+  for (const Wheel wheel : kAllWheels) ignored[wheel] = out_[sensor(wheel)];
   for (const Wheel wheel : kAllWheels) {
     if (steady_.run(wheel).stretches == 1) frozen_.reset(sensor(wheel));
-    if (isFrozen(wheel, stretch, seconds)) frozen_.set(sensor(wheel));
+    if (steady_.isLeftBehind(wheel, stretch, seconds, ignored) && isFrozen(wheel, stretch, seconds))
+      frozen_.set(sensor(wheel));
   }
 }
 
-/// A driver that repeats the last speed of a silent sensor is nearly right as long as the car keeps it: no
-/// test of how well the readings agree sees it early.
-/// @return what it has done to the motion
-BodyMotion FaultMonitor::judgeFrozen(const StepReadings& stretch) {
-  for (const Wheel wheel : kAllWheels) {
-    if (!frozen_[sensor(wheel)] || out_[sensor(wheel)]) continue;
-    const StepReadings readings = trusted(stretch);
-    const SensorTests tests = testSensors(fit_.evidence(readings), prior_);
-    const Suspects found{{sensor(wheel)}, 1};
-    if (!leaveOut(found, tests)) continue;
-    describe(found, tests, stretch);
-    return steady_.run(wheel).stretches *
-           (fit_.increment(trusted(stretch)).motion - fit_.increment(readings).motion);
-  }
-  return BodyMotion::Zero();
-}
-
-/// The wheel's reading has stayed the same to a tick, while all others' have changed, and by them its own
-/// would have.
+/// The wheel's reading has stayed the same for a second; by the others, its speed has not.
 bool FaultMonitor::isFrozen(Wheel wheel, const StepReadings& stretch, double seconds) const {
-  const SensorSet out = out_ | SensorSet().set(sensor(wheel));
-  if (!present_[sensor(wheel)] || !determines(out)) return false;
-  PerWheel<bool> ignored;
-  for (const Wheel other : kAllWheels) ignored[other] = out[sensor(other)];
-  if (!steady_.isLeftBehind(wheel, stretch, seconds, ignored)) return false;
   const SteadyWheels::Run& run = steady_.run(wheel);
+  const SensorSet out = out_ | SensorSet().set(sensor(wheel));
+  if (run.stretches < kLongSteady || !present_[sensor(wheel)] || !determines(out)) return false;
+  // Of an angle that is left out, nobody knows what it was when the run began.
+  if (out_[sensor(Axle::kFront)] || out_[sensor(Axle::kRear)]) return false;
   const double change = speedOf(wheel, stretch, seconds) - speedOf(wheel, run.first, run.seconds);
   return std::abs(change) > steady_.leastChange(wheel, stretch, seconds);
 }
@@ -339,6 +325,23 @@ double FaultMonitor::speedOf(Wheel wheel, const StepReadings& stretch, double se
   return (stretch.travel[wheel] - fit_.increment(others).residuals.wheel[wheel]) / seconds;
 }
 
+/// A driver that repeats the last speed of a silent sensor is nearly right as long as the car keeps it: no
+/// test of how well the readings agree sees it early.
+/// @return what it has done to the pose, all of its run taken as one arc
+BodyMotion FaultMonitor::judgeFrozen(const StepReadings& stretch) {
+  for (const Wheel wheel : kAllWheels) {
+    if (!frozen_[sensor(wheel)] || out_[sensor(wheel)]) continue;
+    const StepReadings run = steady_.run(wheel).all.readings();
+    const BodyMotion with = fit_.increment(trusted(run)).motion;
+    const Suspects found{{sensor(wheel)}, 1};
+    const SensorTests tests = testSensors(fit_.evidence(trusted(stretch)), prior_);
+    if (!leaveOut(found, tests)) continue;
+    describe(found, tests, stretch);
+    return log(inverse(exp(with)) * exp(fit_.increment(trusted(run)).motion));
+  }
+  return BodyMotion::Zero();
+}
+
 /// Where a suspect is needed, another may have been left out in its place: one that makes sense with the rest
 /// once the suspect is gone.
 void FaultMonitor::reconsider(std::size_t suspect, double chi_square, const StepReadings& stretch) {
@@ -347,7 +350,7 @@ void FaultMonitor::reconsider(std::size_t suspect, double chi_square, const Step
   std::optional<std::size_t> innocent;
   for (std::size_t i = 0; i < kSensors; ++i) {
     SensorSet out = out_ | SensorSet().set(suspect);
-    if (!out_[i] || swapped_[i] || !determines(out.reset(i))) continue;
+    if (!out_[i] || swapped_[i] || frozen_[i] || !determines(out.reset(i))) continue;
     const double with_it = testSensors(fit_.evidence(without(out, stretch)), prior_).chi_square;
     if (with_it > least) continue;
     least = with_it;
@@ -423,7 +426,7 @@ void FaultMonitor::describe(std::size_t sensor, const StepReadings& measured, co
   if (expected == 0.0) return;
   state.ratio = travel / expected;
   state.fault = undecided ? SensorFault::kUndecided : faultOf(state.ratio);
-  if (frozen_[sensor] && state.fault == SensorFault::kWrongTravel) state.fault = SensorFault::kFrozen;
+  if (frozen_[sensor] && travel != 0.0 && !undecided) state.fault = SensorFault::kFrozen;
 }
 
 /// Two wheels that make sense with each other's counters, and not with their own.

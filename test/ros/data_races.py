@@ -29,9 +29,9 @@ def stacks(report):
 
 
 def is_ours(frames):
-    """What was done was done by this package."""
-    innermost = next((frame for frame in frames if not HEADERS.search(frame)), "")
-    return bool(OURS.search(innermost))
+    """What was done was done by this package; a stack that was not kept may have been its own."""
+    innermost = next((frame for frame in frames if not HEADERS.search(frame)), None)
+    return innermost is None or bool(OURS.search(innermost))
 
 
 def concerns_us(report):
@@ -55,6 +55,9 @@ def reports(folder):
 def main(folder):
     """Prints, and counts."""
     everything = list(reports(folder))
+    if not everything:
+        print("not a single report, not even of ROS: was ThreadSanitizer there?")
+        return 1
     ours = [report for report in everything if concerns_us(report)]
     print("\n".join(ours))
     print(f"{len(ours)} findings in this package, {len(everything) - len(ours)} reports of libraries that are built without")

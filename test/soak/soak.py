@@ -31,6 +31,7 @@ AROUND = 10  # samples of which one figure is the median, so that a connection t
 PATIENCE = 60.0  # s, until the first odometry, and between two reports
 MOST_GROWTH_MB = 1.0
 MOST_RATIO = 1.2
+LEAST_SHARE = 0.9  # of the odometries of each second
 
 
 def parse_arguments():
@@ -146,6 +147,8 @@ def faults(compared):
     ratio = compared["p99_ms"][1] / compared["p99_ms"][0]
     if ratio > MOST_RATIO:
         found.append(f"the 99th percentile of the latency grew by {ratio:.2f}")
+    if compared["messages"][1] < LEAST_SHARE * compared["messages"][0]:
+        found.append("odometries fell from {:.0f} to {:.0f} a second".format(*compared["messages"]))
     for column in ("threads", "files"):
         if compared[column][1] > compared[column][0]:
             found.append(f"{column} grew from {compared[column][0]:.0f} to {compared[column][1]:.0f}")

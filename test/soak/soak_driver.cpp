@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <iostream>
+#include <string>
 #include <vector>
 
 namespace bs_car_odometry::testing {
@@ -27,9 +28,10 @@ class Listener {
 
   /// What the last second was like.
   void report() {
-    std::cout << "soak";
-    for (const std::int64_t age : ages_) std::cout << ' ' << age;
-    std::cout << std::endl;
+    std::string line = "soak";
+    for (const std::int64_t age : ages_) line += ' ' + std::to_string(age);
+    line += '\n';
+    std::cout << line << std::flush;  // at once: ROS writes its own lines between them
     ages_.clear();
   }
 

@@ -34,6 +34,8 @@ class Soak(unittest.TestCase):
         """A slow leak, a latency that creeps up, a thread and a file that stay."""
         self.assertRegex(faults(resident_mb=lambda second: 20.0 + second / 1000.0)[0], "memory grew by 1.7")
         self.assertRegex(faults(p99_ms=lambda second: 0.5 + second / 10000.0)[0], "latency grew by 1.3")
+        self.assertEqual(faults(messages=lambda second: 1000 if second < 900 else 0),
+                         ["odometries fell from 1000 to 0 a second"])
         self.assertEqual(faults(threads=lambda second: 9 + (second > 900)), ["threads grew from 9 to 10"])
         self.assertEqual(faults(files=lambda second: 30 + (second > 1700)), ["files grew from 30 to 31"])
 
