@@ -164,6 +164,8 @@ TEST_F(OldFile, C11_survives_a_folder_that_is_none) {
        {std::pair<std::string, std::string>{folder_.file("none/car.yaml"), "No such file"},
         {path_ + "/car.yaml", "Not a directory"},
         {folder_.file(""), "not the name of a file"},
+        {folder_.file("."), "not the name of a file"},
+        {folder_.file(".."), "not the name of a file"},
         {"/tmp", "not a regular file"},
         {"", "not the name of a file"},
         {"/dev/full", "not a regular file"}}) {

@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <iostream>
@@ -235,6 +236,52 @@ const Change kChanges[] = {
 
 INSTANTIATE_TEST_SUITE_P(Table, ChangedFile, ::testing::ValuesIn(kChanges),
                          [](const auto& row) { return std::string(row.param.name); });
+
+/// Both ends of every parameter's range are within it, and what lies beyond them is not.
+TEST(CalibrationFile, C12_every_parameter_has_its_range) {
+  constexpr double kPi = 3.14159265358979;
+  const auto expectRange = [](std::size_t parameter, double low, double high) {
+    SCOPED_TRACE(parameterName(parameter));
+    for (const double value : {low, high, 0.25 * low + 0.75 * high})
+      EXPECT_THAT(faultOf(parameter, value), IsEmpty()) << value;
+    const double width = high - low;
+    for (const double value : {low - 0.01 * width, high + 0.01 * width})
+      EXPECT_THAT(faultOf(parameter, value), HasSubstr("is not within")) << value;
+    EXPECT_EQ(faultOf(parameter, std::nan("")), "is not finite");
+    EXPECT_EQ(faultOf(parameter, -HUGE_VAL), "is not finite");
+  };
+  for (std::size_t i = 0; i < systematic::kCount; ++i) {
+    if (isGain(i)) {
+      expectRange(i, 0.5, 2.0);
+    } else {
+      expectRange(i, -kPi, kPi);  // an offset of the steering
+    }
+  }
+  for (const std::size_t scale : {kFrontScale, kRearScale}) {
+    expectRange(scale, -1000.0, 1000.0);
+    EXPECT_THAT(faultOf(scale, 0.0), HasSubstr("and not 0"));
+  }
+  expectRange(kLaserX, -100.0, 100.0);
+  expectRange(kLaserY, -100.0, 100.0);
+  expectRange(kLaserYaw, -2.0 * kPi, 2.0 * kPi);
+  expectRange(kTimeOffset, -10.0, 10.0);
+}
+
+TEST(CalibrationFile, C12_a_covariance_is_told_from_other_matrices) {
+  const ParameterMatrix sound = 1e-6 * ParameterMatrix::Identity();
+  EXPECT_TRUE(isCovariance(sound));
+  EXPECT_TRUE(isCovariance(ParameterMatrix::Zero()));
+  const auto with = [&](Eigen::Index i, Eigen::Index j, double value) {
+    ParameterMatrix matrix = sound;
+    matrix(i, j) = value;
+    return matrix;
+  };
+  for (const double value : {-1e-9, 1.1e4, std::nan(""), HUGE_VAL})
+    EXPECT_FALSE(isCovariance(with(2, 2, value))) << value;
+  EXPECT_FALSE(isCovariance(with(0, 1, 1e-8))) << "not symmetric";
+  EXPECT_FALSE(isCovariance(with(0, 1, 1.1e-6) + with(1, 0, 1.1e-6) - sound)) << "a correlation of 1.1";
+  EXPECT_TRUE(isCovariance(with(0, 1, 9e-7) + with(1, 0, 9e-7) - sound)) << "one of 0.9";
+}
 
 /// Where every correlation by itself is possible, but not all of them together.
 TEST(CalibrationFile, C12_correlations_must_go_together) {
