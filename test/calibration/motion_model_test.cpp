@@ -194,5 +194,55 @@ TEST(Evidence, ofASlippingWheelIsBelievedLess) {
             0.05 * sound.evidence.information(systematic::kFrontLeft, systematic::kFrontLeft));
 }
 
+/// Readings are compared over 0.2 m, which are four of these steps: three, one that cannot be trusted, and
+/// three are not enough.
+TEST(Evidence, ofReadingsThatCannotBeTrustedThereIsNone) {
+  const MotionModel model(testParameters());
+  MeasuredStep sound = bend();
+  sound.readings.end = sound.readings.begin;
+  MeasuredStep front = sound;
+  front.steering_doubt.front = 0.1;
+  MeasuredStep rear = sound;
+  rear.steering_doubt.rear = 0.1;
+  MeasuredStep wheel = sound;
+  wheel.readings.left_out[Wheel::kRearLeft] = true;
+  const auto informationOf = [&](const MeasuredStep& fourth) {
+    MotionSegment segment;
+    for (int i = 0; i < 7; ++i) model.extend(i == 3 ? fourth : sound, segment);
+    return segment.evidence.information.norm();
+  };
+  EXPECT_GT(informationOf(sound), 0.0);
+  for (const MeasuredStep& doubtful : {front, rear, wheel}) EXPECT_EQ(informationOf(doubtful), 0.0);
+}
+
+/// Against the same drive with another angle in the step that is doubted; the difference of two drives leaves
+/// a few digits fewer than the angle has.
+TEST_P(Derivatives, byAnAngleThatIsDoubtedInOneStep) {
+  constexpr double kDelta = 1e-6;
+  constexpr double kSigma = 0.05;
+  constexpr std::size_t kDoubted = 20;
+  Case tested = GetParam();
+  tested.source = RearSteering::Source::kMeasured;
+  const Parameters parameters = parametersOf(tested);
+  const ParameterVector values = valuesOf(parameters);
+  const std::vector<MeasuredStep> steps = exactSteps(parameters, parameters.vehicle, 3.0);
+  for (const Axle axle : kAllAxles) {
+    std::vector<MeasuredStep> doubted = steps;
+    doubted[kDoubted].steering_doubt[axle] = kSigma;
+    std::vector<MeasuredStep> turned = steps;
+    for (SteeringAngles* angles : {&turned[kDoubted].readings.begin, &turned[kDoubted].readings.end})
+      (axle == Axle::kFront ? angles->front : angles->rear) += kDelta;
+    const Eigen::Vector3d numerical = (drivenAt(parameters, turned, values).motion.vector() -
+                                       drivenAt(parameters, steps, values).motion.vector()) /
+                                      kDelta;
+    const Eigen::Vector3d doubt =
+        drivenAt(parameters, doubted, values).doubt.col(axle == Axle::kFront ? 0 : 1);
+    EXPECT_LT((doubt - kSigma * numerical).norm(), 1e-2 * kSigma * numerical.norm() + 1e-9)
+        << name(axle) << "\n"
+        << doubt.transpose() << "\n"
+        << kSigma * numerical.transpose();
+  }
+}
+
 }  // namespace
 }  // namespace bs_car_odometry::calibration

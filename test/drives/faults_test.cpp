@@ -428,6 +428,24 @@ TEST(Faults, S6_axles_that_disagree_are_weighted) {
   recordFigure("10 mrad against each other: both angles within %.1f mrad", 1e3 * largest);
 }
 
+/// The angle, then both wheels of the left side: what is left does not tell how the car turns. That it is
+/// said is asked here; how far wrong the pose may be is not (docs/model.md, 6.1).
+TEST(Faults, E7_too_few_sensors_are_said_to_be_too_few) {
+  const OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
+  std::vector<Sample> drive = record(odometry.vehicle, driveOf(odometry, "slalom_eight", 6));
+  freezeAngle(drive, Axle::kFront, 10.0);
+  scaleTravel(drive, Wheel::kFrontLeft, 0.0, 20.0);
+  scaleTravel(drive, Wheel::kRearLeft, 0.0, 30.0);
+  std::optional<double> said;
+  laboratory::replay(odometry, drive, [&](const Sample& sample, const OdometryUpdate& update) {
+    if (!update.report.sensors.determined && !said) said = sample.time;
+  });
+  ASSERT_TRUE(said);
+  EXPECT_GT(*said, 30.0);
+  EXPECT_LE(*said, 30.0 + kNamedWithin);
+  recordFigure("three sensors of five dead: said after %.1f s", *said - 30.0);
+}
+
 // --- dead from the start ---------------------------------------------------------------------------------
 
 /// The sensors of a car with an angle on each axle; the counter or angle of one never moves.
