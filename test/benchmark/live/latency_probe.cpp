@@ -73,7 +73,7 @@ void LatencyProbe::publish(Stream stream, std::size_t number, SteadyTime slot,
 void LatencyProbe::publishSteering(const ros::Time& stamp) {
   const auto angle = boost::make_shared<SteeringAngle>();
   angle->header.stamp = stamp;
-  angle->angle = 0.1;
+  angle->angle = 0.0;  // all wheels count the same: no sensor contradicts another
   steering_publisher_.publish(angle);
 }
 
