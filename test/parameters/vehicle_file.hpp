@@ -1,10 +1,8 @@
 #pragma once
 
 #include "bs_car_odometry/parameters/load.hpp"
+#include "tools/temporary_folder.hpp"
 
-#include <unistd.h>
-#include <cstdlib>
-#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,20 +18,11 @@ inline const char* const kMinimalVehicle =
 /// A file with this text, removed at the end of its scope.
 class TemporaryFile {
  public:
-  explicit TemporaryFile(const std::string& text) {
-    char pattern[] = "/tmp/bs_car_odometry_test.XXXXXX";
-    const int file = ::mkstemp(pattern);
-    if (file < 0) std::abort();
-    ::close(file);
-    path_ = pattern;
-    std::ofstream(path_) << text;
-  }
-  ~TemporaryFile() { ::unlink(path_.c_str()); }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  explicit TemporaryFile(const std::string& text) : path_(folder_.write("vehicle.yaml", text)) {}
   const std::string& path() const { return path_; }
 
  private:
+  tools::testing::TemporaryFolder folder_;
   std::string path_;
 };
 

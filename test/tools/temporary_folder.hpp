@@ -11,9 +11,8 @@ namespace bs_car_odometry::tools::testing {
 class TemporaryFolder {
  public:
   TemporaryFolder() {
-    char pattern[] = "/tmp/bs_car_odometry_test.XXXXXX";
-    if (::mkdtemp(pattern) == nullptr) std::abort();
-    path_ = pattern;
+    path_ = std::filesystem::temp_directory_path() / "bs_car_odometry_test.XXXXXX";
+    if (::mkdtemp(path_.data()) == nullptr) std::abort();
   }
   ~TemporaryFolder() { std::filesystem::remove_all(path_); }
   TemporaryFolder(const TemporaryFolder&) = delete;
