@@ -1,8 +1,11 @@
 #include "names.hpp"
 
+#include "edit_distance.hpp"
+
 #include <algorithm>
-#include <numeric>
 #include <set>
+#include <string_view>
+#include <utility>
 
 namespace bs_car_odometry::schema {
 namespace {
@@ -15,27 +18,12 @@ bool contains(const std::vector<std::string>& paths, const std::string& path) {
   return std::find(paths.begin(), paths.end(), path) != paths.end();
 }
 
-std::string lastPart(const std::string& path) { return path.substr(path.rfind('/') + 1); }
+std::string_view lastPart(std::string_view path) { return path.substr(path.rfind('/') + 1); }
 
-/// Levenshtein distance: letters to insert, remove or replace.
-std::size_t editDistance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
-    }
-  }
-  return row[b.size()];
-}
-
-/// The wrong group counts as one letter.
-std::size_t pathDistance(const std::string& a, const std::string& b) {
-  return std::min(editDistance(a, b), editDistance(lastPart(a), lastPart(b)) + 1);
+/// The wrong group counts as one letter; among equals the one in the likelier group is nearer.
+std::pair<std::size_t, std::size_t> pathDistance(std::string_view a, std::string_view b) {
+  const std::size_t whole = editDistance(a, b);
+  return {std::min(whole, editDistance(lastPart(a), lastPart(b)) + 1), whole};
 }
 
 }  // namespace
@@ -78,9 +66,7 @@ std::string Names::nearest(const std::string& path) const {
   std::pair<std::size_t, std::size_t> least{std::string::npos, std::string::npos};
   for (const std::vector<std::string>* paths : {&parameters_, &groups_}) {
     for (const std::string& candidate : *paths) {
-      // Among equals the one in the likelier group.
-      const std::pair<std::size_t, std::size_t> distance{pathDistance(path, candidate),
-                                                         editDistance(path, candidate)};
+      const auto distance = pathDistance(path, candidate);
       if (distance >= least) continue;
       least = distance;
       nearest = candidate;

@@ -38,6 +38,12 @@ TEST(UnknownNames, aNameInTheWrongGroupIsFound) {
   EXPECT_EQ(nearestTo("odometry: {max_speed: 3}"), "max_speed");
 }
 
+TEST(UnknownNames, P4_ofAnyLengthAreComparedByTheirBeginning) {
+  const std::string beginning(64, 'x');
+  EXPECT_EQ(nearestTo(beginning + "max_gap: 1"), nearestTo(beginning + ": 1"));
+  EXPECT_EQ(nearestTo("max_gap" + std::string(1000, 'x') + ": 1"), nearestTo("max_gap" + beginning + ": 1"));
+}
+
 TEST(UnknownNames, areAllNamedAndDoNotStopTheStart) {
   EXPECT_THAT(load(std::string(kMinimalVehicle) + "max_gpa: 1\noutptu: a\n").warnings,
               ElementsAre(HasSubstr("max_gpa: unknown parameter"), HasSubstr("outptu: unknown parameter")));
