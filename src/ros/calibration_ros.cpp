@@ -5,7 +5,7 @@
 #include "bs_car_odometry/calibration/observability.hpp"
 #include "bs_car_odometry/calibration/result_file.hpp"
 #include "bs_car_odometry/ros/calibration_messages.hpp"
-#include "bs_car_odometry/ros/checked_message.hpp"
+#include "bs_car_odometry/ros/checked_subscription.hpp"
 #include "bs_car_odometry/ros/conversions.hpp"
 #include "bs_car_odometry/ros/odometry_ros.hpp"
 #include "bs_car_odometry/ros/transform_reader.hpp"
@@ -68,13 +68,12 @@ void CalibrationRos::advertiseServices() {
 
 template <typename Message, typename Callback>
 void CalibrationRos::subscribeTo(const std::string& topic, const Callback& callback) {
-  using Event = ros::MessageEvent<const Message>;
-  const boost::function<void(const Event&)> function = [callback](const Event& event) {
-    const Sender sender{event.getPublisherName(), toTime(event.getReceiptTime()).value_or(Time())};
-    callback(*event.getConstMessage(), sender);
-  };
-  subscribers_.push_back(
-      node_.subscribe<const Event&>(topic, kQueueSize, function, {}, ros::TransportHints().tcpNoDelay()));
+  subscribers_.push_back(subscribeChecked<Message>(
+      node_, topic, kQueueSize, [callback](const ros::MessageEvent<const Message>* event) {
+        if (!event) return callback(nullptr, Sender());
+        const Sender sender{event->getPublisherName(), toTime(event->getReceiptTime()).value_or(Time())};
+        callback(messageOf(event), sender);
+      }));
 }
 
 void CalibrationRos::subscribe() {
@@ -88,28 +87,26 @@ void CalibrationRos::subscribe() {
 
 void CalibrationRos::subscribeSteering(Axle axle) {
   const char* topic = axle == Axle::kFront ? "front_steering" : "rear_steering";
-  using Message = CheckedMessage<SteeringAngle>;
-  subscribeTo<Message>(topic, [this, axle, topic](const Message& message, const Sender& sender) {
+  subscribeTo<SteeringAngle>(topic, [this, axle, topic](const SteeringAngle* message, const Sender& sender) {
     receive([&](const ros::Time& now) {
-      warn(topic, message.whole ? adapter_.add(axle, message.content, now, sender) : adapter_.addCut());
+      warn(topic, message ? adapter_.add(axle, *message, now, sender) : adapter_.addCut());
     });
   });
 }
 
 void CalibrationRos::subscribeWheels() {
-  using Message = CheckedMessage<WheelTicks>;
-  subscribeTo<Message>("wheel_ticks", [this](const Message& message, const Sender& sender) {
+  subscribeTo<WheelTicks>("wheel_ticks", [this](const WheelTicks* message, const Sender& sender) {
     diagnostics_.noteWheels();
     receive([&](const ros::Time& now) {
-      warn("wheel_ticks", message.whole ? adapter_.add(message.content, now, sender) : adapter_.addCut());
+      warn("wheel_ticks", message ? adapter_.add(*message, now, sender) : adapter_.addCut());
     });
   });
 }
 
 void CalibrationRos::subscribeJoints() {
-  subscribeTo<RawJointState>("joint_states", [this](const RawJointState& message, const Sender& sender) {
+  subscribeTo<RawJointState>("joint_states", [this](const RawJointState* message, const Sender& sender) {
     receive([&](const ros::Time& now) {
-      const JointVerdicts verdicts = adapter_.add(message, now, sender);
+      const JointVerdicts verdicts = adapter_.add(*message, now, sender);  // bytes are never cut
       if (verdicts.wheels) diagnostics_.noteWheels();
       warn("joint_states", verdicts.worst());
     });
@@ -117,11 +114,11 @@ void CalibrationRos::subscribeJoints() {
 }
 
 void CalibrationRos::subscribeLaser() {
-  using Message = CheckedMessage<geometry_msgs::PoseWithCovarianceStamped>;
-  subscribeTo<Message>("laser_pose", [this](const Message& message, const Sender& /*sender*/) {
+  using Pose = geometry_msgs::PoseWithCovarianceStamped;
+  subscribeTo<Pose>("laser_pose", [this](const Pose* message, const Sender& /*sender*/) {
     diagnostics_.noteLaser();
     receive([&](const ros::Time& now) {
-      warn(message.whole ? adapter_.add(message.content, now) : adapter_.addCutLaser(), now);
+      warn(message ? adapter_.add(*message, now) : adapter_.addCutLaser(), now);
     });
   });
 }
@@ -130,9 +127,9 @@ void CalibrationRos::subscribeTransforms() {
   if (adapter_.mountKnown()) return;
   for (const char* topic : {"/tf_static", "/tf"})
     subscribeTo<RawMessage<tf2_msgs::TFMessage>>(
-        topic, [this](const RawMessage<tf2_msgs::TFMessage>& message, const Sender& /*sender*/) {
+        topic, [this](const RawMessage<tf2_msgs::TFMessage>* message, const Sender& /*sender*/) {
           if (adapter_.mountKnown()) return;
-          if (const auto transforms = readTransforms(message)) adapter_.add(*transforms);
+          if (const auto transforms = readTransforms(*message)) adapter_.add(*transforms);
           if (adapter_.mountKnown()) resume();
         });
 }

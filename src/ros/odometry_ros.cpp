@@ -23,11 +23,12 @@ constexpr double kParticlePeriod = 0.1;    // [s] of wall time, enough for the e
 /// Why set_pose and calibration refuse a message that is none.
 constexpr const char* kCut = "it is shorter than its lengths claim";
 
-/// Zero where the message has none.
 template <typename Message>
-const ros::Time& stampOf(const CheckedMessage<Message>& message) {
-  return message.content.header.stamp;
+const ros::Time& stampOf(const Message& message) {
+  return message.header.stamp;
 }
+
+/// Zero where the message has none.
 
 ros::Time stampOf(const RawJointState& message) {
   ByteReader reader(message.bytes);
@@ -105,9 +106,12 @@ void OdometryRos::advertise() {
 
 void OdometryRos::subscribe() {
   if (parameters_.publish_tf) subscribeTransforms();
-  subscribers_.push_back(node_.subscribe("set_pose", kQueueSize, &OdometryRos::onSetPose, this));
+  using Pose = geometry_msgs::PoseWithCovarianceStamped;
+  subscribers_.push_back(subscribeChecked<Pose>(node_, "set_pose", kQueueSize,
+                                                [this](const auto* event) { onSetPose(messageOf(event)); }));
   if (parameters_.accept_calibration)
-    subscribers_.push_back(node_.subscribe("calibration", kQueueSize, &OdometryRos::onCalibration, this));
+    subscribers_.push_back(subscribeChecked<CalibrationState>(
+        node_, "calibration", kQueueSize, [this](const auto* event) { onCalibration(messageOf(event)); }));
   if (parameters_.input == InputSource::kJointStates) return subscribeJoints();
   for (const Axle axle : kAllAxles)
     if (adapter_.pipeline().steeringNeeded()[axle]) subscribeSteering(axle);
@@ -119,37 +123,37 @@ void OdometryRos::subscribeTo(const char* topic, const Add& add) {
   using Event = ros::MessageEvent<const Message>;
   const auto take = [this, topic, add](const Event& event) {
     const Sender sender{event.getPublisherName(), toTime(event.getReceiptTime()).value_or(Time())};
-    receive(topic, [&](const ros::Time& now) { return add(*event.getConstMessage(), now, sender); });
-  };
-  const boost::function<void(const Event&)> callback = [this, take](const Event& event) {
-    if (isEarly(stampOf(*event.getConstMessage())) && early_.keep([take, event] { take(event); })) return;
-    take(event);
+    receive(topic, [&](const ros::Time& now) { return add(messageOf(&event), now, sender); });
   };
   subscribers_.push_back(
-      node_.subscribe<const Event&>(topic, kQueueSize, callback, {}, ros::TransportHints().tcpNoDelay()));
+      subscribeChecked<Message>(node_, topic, kQueueSize, [this, topic, add, take](const Event* event) {
+        if (!event) return receive(topic, [&](const ros::Time& now) { return add(nullptr, now, Sender()); });
+        const bool early = isEarly(stampOf(*event->getConstMessage()));
+        if (!early || !early_.keep([take, kept = *event] { take(kept); })) take(*event);
+      }));
 }
 
 void OdometryRos::subscribeSteering(Axle axle) {
   const char* topic = axle == Axle::kFront ? "front_steering" : "rear_steering";
-  using Message = CheckedMessage<SteeringAngle>;
-  subscribeTo<Message>(topic, [this, axle](const Message& message, const auto& now, const auto& sender) {
-    return message.whole ? adapter_.add(axle, message.content, now, sender) : adapter_.addCut();
-  });
+  subscribeTo<SteeringAngle>(topic,
+                             [this, axle](const SteeringAngle* message, const auto& now, const auto& sender) {
+                               return message ? adapter_.add(axle, *message, now, sender) : adapter_.addCut();
+                             });
 }
 
 void OdometryRos::subscribeWheels() {
-  using Message = CheckedMessage<WheelTicks>;
-  subscribeTo<Message>("wheel_ticks", [this](const Message& message, const auto& now, const auto& sender) {
-    const Verdict verdict = message.whole ? adapter_.add(message.content, now, sender) : adapter_.addCut();
-    if (verdict != Verdict::kRivalPublisher) diagnostics_.noteWheels();
-    return verdict;
-  });
+  subscribeTo<WheelTicks>(
+      "wheel_ticks", [this](const WheelTicks* message, const auto& now, const auto& sender) {
+        const Verdict verdict = message ? adapter_.add(*message, now, sender) : adapter_.addCut();
+        if (verdict != Verdict::kRivalPublisher) diagnostics_.noteWheels();
+        return verdict;
+      });
 }
 
 void OdometryRos::subscribeJoints() {
   subscribeTo<RawJointState>(
-      "joint_states", [this](const auto& message, const auto& now, const auto& sender) {
-        const JointVerdicts verdicts = adapter_.add(message, now, sender);
+      "joint_states", [this](const RawJointState* message, const auto& now, const auto& sender) {
+        const JointVerdicts verdicts = adapter_.add(*message, now, sender);  // bytes are never cut
         if (verdicts.wheels.value_or(Verdict::kRivalPublisher) != Verdict::kRivalPublisher)
           diagnostics_.noteWheels();
         return verdicts.worst();
@@ -265,9 +269,9 @@ void OdometryRos::publishParticles(const OdometryUpdate& update) {
   particles_publisher_.publish(particles);
 }
 
-void OdometryRos::onSetPose(const CheckedMessage<geometry_msgs::PoseWithCovarianceStamped>& message) {
+void OdometryRos::onSetPose(const geometry_msgs::PoseWithCovarianceStamped* message) {
   publishUpdates(ros::Time::now());
-  const std::string refused = message.whole ? adapter_.setPose(message.content) : kCut;
+  const std::string refused = message ? adapter_.setPose(*message) : kCut;
   if (refused.empty()) {
     if (pose_set_log_.isDue()) ROS_INFO("the pose was set");
   } else if (pose_refused_log_.isDue()) {
@@ -275,11 +279,11 @@ void OdometryRos::onSetPose(const CheckedMessage<geometry_msgs::PoseWithCovarian
   }
 }
 
-void OdometryRos::onCalibration(const CheckedMessage<CalibrationState>& message) {
+void OdometryRos::onCalibration(const CalibrationState* message) {
   using Level = diagnostic_msgs::DiagnosticStatus;
   publishUpdates(ros::Time::now());
   const std::uint64_t before = adapter_.acceptance().taken();
-  const std::string refused = message.whole ? adapter_.add(message.content) : kCut;
+  const std::string refused = message ? adapter_.add(*message) : kCut;
   if (!refused.empty()) {
     if (calibration_refused_log_.isDue()) ROS_WARN_STREAM("message on calibration refused: " << refused);
     diagnostics_.setCalibration(Level::WARN, "message on calibration refused: " + refused);

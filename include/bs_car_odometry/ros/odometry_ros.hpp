@@ -2,7 +2,7 @@
 
 #include "bs_car_odometry/RelativeMotion.h"
 #include "bs_car_odometry/parameters/parameters.hpp"
-#include "bs_car_odometry/ros/checked_message.hpp"
+#include "bs_car_odometry/ros/checked_subscription.hpp"
 #include "bs_car_odometry/ros/clock_watch.hpp"
 #include "bs_car_odometry/ros/early_messages.hpp"
 #include "bs_car_odometry/ros/log_throttle.hpp"
@@ -53,8 +53,8 @@ class OdometryRos {
   void publish(const OdometryUpdate& update);
   void publishParticles(const OdometryUpdate& update);
   void reportCalibrationFile();
-  void onCalibration(const CheckedMessage<CalibrationState>& message);
-  void onSetPose(const CheckedMessage<geometry_msgs::PoseWithCovarianceStamped>& message);
+  void onCalibration(const CalibrationState* message);
+  void onSetPose(const geometry_msgs::PoseWithCovarianceStamped* message);
   bool onRelativeMotion(RelativeMotion::Request& request, RelativeMotion::Response& response);
   bool onReset(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
 
