@@ -41,10 +41,11 @@ std::map<std::string, std::string> typesByTopic(const rosbag::Bag& bag) {
 }
 
 std::unique_ptr<rosbag::Bag> openBag(const std::string& path) {
-  auto bag = std::make_unique<rosbag::Bag>();
   try {
     checkBagStructure(path);
+    auto bag = std::make_unique<rosbag::Bag>();
     bag->open(path, rosbag::bagmode::Read);
+    return bag;
   } catch (const rosbag::BagUnindexedException&) {
     throw InputError(path + " has no index, as when recording was cut off: repair it with 'rosbag reindex " +
                      path + "'");
@@ -54,7 +55,6 @@ std::unique_ptr<rosbag::Bag> openBag(const std::string& path) {
                        "): what is left is kept by 'rosbag reindex " + path + "'");
     throw InputError(path + " cannot be read as a bag: " + error.what());
   }
-  return bag;
 }
 
 void readMessages(const std::string& path, const std::function<void()>& read) {
