@@ -5,7 +5,6 @@
 #include "bs_car_odometry/calibration/observability.hpp"
 #include "bs_car_odometry/calibration/result_file.hpp"
 #include "bs_car_odometry/ros/calibration_messages.hpp"
-#include "bs_car_odometry/ros/checked_subscription.hpp"
 #include "bs_car_odometry/ros/conversions.hpp"
 #include "bs_car_odometry/ros/odometry_ros.hpp"
 #include "bs_car_odometry/ros/transform_reader.hpp"
@@ -24,6 +23,7 @@ namespace {
 // Every message counts: a bag that is played fast is caught up with, a flood is not hoarded.
 constexpr std::uint32_t kQueueSize = 5000;
 constexpr double kPathPeriod = 1.0;         // [s]
+constexpr double kCutPeriod = 0.5;          // [s], until messages that were cut are counted
 constexpr double kCheckpointPeriod = 10.0;  // [s]
 
 }  // namespace
@@ -58,6 +58,9 @@ void CalibrationRos::advertise() {
                                       [this](const ros::WallTimerEvent&) { publishPaths(); });
   checkpoint_timer_ = node_.createWallTimer(ros::WallDuration(kCheckpointPeriod),
                                             [this](const ros::WallTimerEvent&) { keep(); });
+  cut_timer_ = node_.createWallTimer(ros::WallDuration(kCutPeriod), [this](const ros::WallTimerEvent&) {
+    for (const CheckedSubscriber& subscriber : subscribers_) subscriber.tellCut();
+  });
 }
 
 void CalibrationRos::advertiseServices() {
@@ -68,12 +71,12 @@ void CalibrationRos::advertiseServices() {
 
 template <typename Message, typename Callback>
 void CalibrationRos::subscribeTo(const std::string& topic, const Callback& callback) {
-  subscribers_.push_back(subscribeChecked<Message>(
-      node_, topic, kQueueSize, [callback](const ros::MessageEvent<const Message>* event) {
-        if (!event) return callback(nullptr, Sender());
-        const Sender sender{event->getPublisherName(), toTime(event->getReceiptTime()).value_or(Time())};
-        callback(messageOf(event), sender);
-      }));
+  const auto take = [callback](const ros::MessageEvent<const Message>& event) {
+    const Sender sender{event.getPublisherName(), toTime(event.getReceiptTime()).value_or(Time())};
+    callback(event.getConstMessage().get(), sender);
+  };
+  subscribers_.push_back(CheckedSubscriber::make<Message>(node_, topic, kQueueSize, take,
+                                                          [callback] { callback(nullptr, Sender()); }));
 }
 
 void CalibrationRos::subscribe() {

@@ -18,6 +18,7 @@ namespace bs_car_odometry {
 namespace {
 
 constexpr std::uint32_t kQueueSize = 200;  // bounded: a slow moment is caught up, a flood is not hoarded
+constexpr double kCutPeriod = 0.5;         // [s] of wall time, until messages that were cut are counted
 constexpr double kParticlePeriod = 0.1;    // [s] of wall time, enough for the eye
 
 /// Why set_pose and calibration refuse a message that is none.
@@ -74,7 +75,9 @@ OdometryRos::OdometryRos(const ros::NodeHandle& node, const ros::NodeHandle& pri
 
 /// Callbacks run in another thread, in a nodelet's manager: none may be under way when what it uses goes.
 OdometryRos::~OdometryRos() {
+  cut_timer_.stop();
   subscribers_.clear();
+  transforms_subscriber_.shutdown();
   reset_server_.shutdown();
   relative_motion_server_.shutdown();
   wait_timer_.stop();
@@ -105,13 +108,15 @@ void OdometryRos::advertise() {
 }
 
 void OdometryRos::subscribe() {
+  cut_timer_ = node_.createWallTimer(ros::WallDuration(kCutPeriod), [this](const ros::WallTimerEvent&) {
+    for (const CheckedSubscriber& subscriber : subscribers_) subscriber.tellCut();
+  });
   if (parameters_.publish_tf) subscribeTransforms();
   using Pose = geometry_msgs::PoseWithCovarianceStamped;
-  subscribers_.push_back(subscribeChecked<Pose>(node_, "set_pose", kQueueSize,
-                                                [this](const auto* event) { onSetPose(messageOf(event)); }));
+  subscribeTo<Pose>("set_pose", [this](const Pose* message) { onSetPose(message); });
   if (parameters_.accept_calibration)
-    subscribers_.push_back(subscribeChecked<CalibrationState>(
-        node_, "calibration", kQueueSize, [this](const auto* event) { onCalibration(messageOf(event)); }));
+    subscribeTo<CalibrationState>("calibration",
+                                  [this](const CalibrationState* message) { onCalibration(message); });
   if (parameters_.input == InputSource::kJointStates) return subscribeJoints();
   for (const Axle axle : kAllAxles)
     if (adapter_.pipeline().steeringNeeded()[axle]) subscribeSteering(axle);
@@ -119,30 +124,41 @@ void OdometryRos::subscribe() {
 }
 
 template <typename Message, typename Add>
-void OdometryRos::subscribeTo(const char* topic, const Add& add) {
+void OdometryRos::subscribeToSensor(const char* topic, const Add& add) {
   using Event = ros::MessageEvent<const Message>;
   const auto take = [this, topic, add](const Event& event) {
     const Sender sender{event.getPublisherName(), toTime(event.getReceiptTime()).value_or(Time())};
-    receive(topic, [&](const ros::Time& now) { return add(messageOf(&event), now, sender); });
+    receive(topic, [&](const ros::Time& now) { return add(event.getConstMessage().get(), now, sender); });
+  };
+  const auto callback = [this, take](const Event& event) {
+    if (isEarly(stampOf(*event.getConstMessage())) && early_.keep([take, event] { take(event); })) return;
+    take(event);
+  };
+  const auto on_cut = [this, topic, add] {
+    receive(topic, [&](const ros::Time& now) { return add(nullptr, now, Sender()); });
+  };
+  subscribers_.push_back(CheckedSubscriber::make<Message>(node_, topic, kQueueSize, callback, on_cut));
+}
+
+template <typename Message, typename Take>
+void OdometryRos::subscribeTo(const char* topic, const Take& take) {
+  const auto callback = [take](const ros::MessageEvent<const Message>& event) {
+    take(event.getConstMessage().get());
   };
   subscribers_.push_back(
-      subscribeChecked<Message>(node_, topic, kQueueSize, [this, topic, add, take](const Event* event) {
-        if (!event) return receive(topic, [&](const ros::Time& now) { return add(nullptr, now, Sender()); });
-        const bool early = isEarly(stampOf(*event->getConstMessage()));
-        if (!early || !early_.keep([take, kept = *event] { take(kept); })) take(*event);
-      }));
+      CheckedSubscriber::make<Message>(node_, topic, kQueueSize, callback, [take] { take(nullptr); }));
 }
 
 void OdometryRos::subscribeSteering(Axle axle) {
   const char* topic = axle == Axle::kFront ? "front_steering" : "rear_steering";
-  subscribeTo<SteeringAngle>(topic,
-                             [this, axle](const SteeringAngle* message, const auto& now, const auto& sender) {
-                               return message ? adapter_.add(axle, *message, now, sender) : adapter_.addCut();
-                             });
+  subscribeToSensor<SteeringAngle>(
+      topic, [this, axle](const SteeringAngle* message, const auto& now, const auto& sender) {
+        return message ? adapter_.add(axle, *message, now, sender) : adapter_.addCut();
+      });
 }
 
 void OdometryRos::subscribeWheels() {
-  subscribeTo<WheelTicks>(
+  subscribeToSensor<WheelTicks>(
       "wheel_ticks", [this](const WheelTicks* message, const auto& now, const auto& sender) {
         const Verdict verdict = message ? adapter_.add(*message, now, sender) : adapter_.addCut();
         if (verdict != Verdict::kRivalPublisher) diagnostics_.noteWheels();
@@ -151,7 +167,7 @@ void OdometryRos::subscribeWheels() {
 }
 
 void OdometryRos::subscribeJoints() {
-  subscribeTo<RawJointState>(
+  subscribeToSensor<RawJointState>(
       "joint_states", [this](const RawJointState* message, const auto& now, const auto& sender) {
         const JointVerdicts verdicts = adapter_.add(*message, now, sender);  // bytes are never cut
         if (verdicts.wheels.value_or(Verdict::kRivalPublisher) != Verdict::kRivalPublisher)
@@ -173,7 +189,7 @@ void OdometryRos::subscribeTransforms() {
     diagnostics_.noteRivalTransform(text);
     if (rival_transform_log_.isDue()) ROS_WARN_STREAM(text);
   };
-  subscribers_.push_back(node_.subscribe<const Event&>("/tf", kQueueSize, callback));
+  transforms_subscriber_ = node_.subscribe<const Event&>("/tf", kQueueSize, callback);
 }
 
 template <typename Add>

@@ -6,6 +6,7 @@
 
 #include <gmock/gmock.h>
 
+#include <memory>
 #include <optional>
 #include <typeinfo>
 #include <vector>
@@ -15,33 +16,20 @@ namespace {
 
 using Callback = CheckedCallback<WheelTicks>;
 
-struct Received {
-  int messages{0};
-  int cut{0};
-  std::optional<std::int64_t> front_left;
-};
-
-Callback callbackInto(Received& received) {
-  return Callback([&received](const Callback::Event* event) {
-    const WheelTicks* message = messageOf(event);
-    if (!message) {
-      ++received.cut;
-      return;
-    }
-    ++received.messages;
-    received.front_left = message->front_left;
-  });
-}
-
 /// As a subscription does with bytes that have come over a connection.
-void receive(Callback& callback, std::vector<std::uint8_t> bytes) {
+/// @return what it was called with, if it was
+std::optional<WheelTicks> received(const std::shared_ptr<CutMessages>& cut, std::vector<std::uint8_t> bytes) {
+  std::optional<WheelTicks> received;
+  const auto callback = std::make_unique<Callback>(
+      [&received](const Callback::Base::Event& event) { received = *event.getMessage(); }, cut);
   const auto header = boost::make_shared<ros::M_string>();
   const ros::VoidConstPtr message =
-      callback.deserialize({bytes.data(), static_cast<std::uint32_t>(bytes.size()), header});
-  if (!message) return;
+      callback->deserialize({bytes.data(), static_cast<std::uint32_t>(bytes.size()), header});
+  if (!message) return std::nullopt;
   ros::SubscriptionCallbackHelperCallParams call;
   call.event = ros::MessageEvent<const void>(message, header, ros::Time(1.0), true, {});
-  callback.call(call);
+  callback->call(call);
+  return received;
 }
 
 std::vector<std::uint8_t> bytesOf(const WheelTicks& message) {
@@ -56,20 +44,21 @@ TEST(CheckedSubscription, X1_tellsWholeMessagesFromThoseThatAreCut) {
   message.header.frame_id = "wheels";
   message.front_left = 42;
   const std::vector<std::uint8_t> bytes = bytesOf(message);
-  Received received;
-  Callback callback = callbackInto(received);
-  receive(callback, bytes);
-  EXPECT_EQ(received.front_left, 42);
+  const auto cut = std::make_shared<CutMessages>();
+  const std::optional<WheelTicks> whole = received(cut, bytes);
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(whole->front_left, 42);
+  EXPECT_EQ(cut->take(), 0u);
   for (std::size_t size = 0; size < bytes.size(); ++size)
-    receive(callback, {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)});
-  EXPECT_EQ(received.messages, 1);
-  EXPECT_EQ(received.cut, static_cast<int>(bytes.size()));
+    EXPECT_FALSE(received(cut, {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)}));
+  EXPECT_EQ(cut->take(), bytes.size());
+  EXPECT_EQ(cut->take(), 0u);
 }
 
 /// roscpp compares the types, and makes bytes of a message for every other.
 TEST(CheckedSubscription, takesMessagesOfItsProcessAsTheyAre) {
-  Received received;
-  EXPECT_EQ(callbackInto(received).getTypeInfo(), typeid(WheelTicks));
+  EXPECT_EQ(std::make_unique<Callback>(Callback::Base::Callback(), nullptr)->getTypeInfo(),
+            typeid(WheelTicks));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "bs_car_odometry/calibration/driven_paths.hpp"
 #include "bs_car_odometry/ros/calibration_adapter.hpp"
 #include "bs_car_odometry/ros/calibration_diagnostics.hpp"
+#include "bs_car_odometry/ros/checked_subscription.hpp"
 #include "bs_car_odometry/ros/clock_watch.hpp"
 #include "bs_car_odometry/ros/log_throttle.hpp"
 #include "bs_car_odometry/ros/wait_timer.hpp"
@@ -40,6 +41,7 @@ class CalibrationRos {
   void subscribeJoints();
   void subscribeLaser();
   void subscribeTransforms();
+  /// @param callback  (message, sender); no message for one that was cut
   template <typename Message, typename Callback>
   void subscribeTo(const std::string& topic, const Callback& callback);
 
@@ -75,7 +77,7 @@ class CalibrationRos {
   WaitTimer wait_timer_;
   CalibrationState state_;  ///< of the latest update, with what does not change
 
-  std::vector<ros::Subscriber> subscribers_;
+  std::vector<CheckedSubscriber> subscribers_;
   std::vector<ros::ServiceServer> servers_;
   ros::Publisher state_publisher_;
   ros::Publisher odom_publisher_;
@@ -84,6 +86,7 @@ class CalibrationRos {
   ros::Publisher after_publisher_;
   ros::WallTimer path_timer_;
   ros::WallTimer checkpoint_timer_;
+  ros::WallTimer cut_timer_;
   std::uint64_t refused_before_{0};  ///< at the door, before the calibration began
   bool paths_changed_{false};
   DropLog drop_log_;

@@ -37,8 +37,12 @@ class OdometryRos {
   void subscribeWheels();
   void subscribeJoints();
   void subscribeTransforms();
+  /// @param add  (message, now, sender); no message for one that was cut
   template <typename Message, typename Add>
-  void subscribeTo(const char* topic, const Add& add);
+  void subscribeToSensor(const char* topic, const Add& add);
+  /// @param take  (message); none for one that was cut
+  template <typename Message, typename Take>
+  void subscribeTo(const char* topic, const Take& take);
   /// What every input message goes through: clock, adapter, log, then whatever has become complete.
   template <typename Add>
   void receive(const char* topic, const Add& add);
@@ -68,7 +72,9 @@ class OdometryRos {
   WaitTimer wait_timer_;
   EarlyMessages early_;
 
-  std::vector<ros::Subscriber> subscribers_;
+  std::vector<CheckedSubscriber> subscribers_;
+  ros::Subscriber transforms_subscriber_;
+  ros::WallTimer cut_timer_;
   ros::Publisher odom_publisher_;
   ros::Publisher tf_publisher_;
   ros::Publisher status_publisher_;
