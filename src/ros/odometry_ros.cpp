@@ -18,7 +18,7 @@ namespace bs_car_odometry {
 namespace {
 
 constexpr std::uint32_t kQueueSize = 200;  // bounded: a slow moment is caught up, a flood is not hoarded
-constexpr double kCutPeriod = 0.5;         // [s] of wall time, until messages that were cut are counted
+constexpr double kWatchPeriod = 0.5;       // [s] of wall time, for what is only reported
 constexpr double kParticlePeriod = 0.1;    // [s] of wall time, enough for the eye
 
 /// Why set_pose and calibration refuse a message that is none.
@@ -75,7 +75,7 @@ OdometryRos::OdometryRos(const ros::NodeHandle& node, const ros::NodeHandle& pri
 
 /// Callbacks run in another thread, in a nodelet's manager: none may be under way when what it uses goes.
 OdometryRos::~OdometryRos() {
-  cut_timer_.stop();
+  watch_timer_.stop();
   subscribers_.clear();
   transforms_subscriber_.shutdown();
   reset_server_.shutdown();
@@ -108,8 +108,9 @@ void OdometryRos::advertise() {
 }
 
 void OdometryRos::subscribe() {
-  cut_timer_ = node_.createWallTimer(ros::WallDuration(kCutPeriod), [this](const ros::WallTimerEvent&) {
+  watch_timer_ = node_.createWallTimer(ros::WallDuration(kWatchPeriod), [this](const ros::WallTimerEvent&) {
     for (const CheckedSubscriber& subscriber : subscribers_) subscriber.tellCut();
+    transforms_queue_.callAvailable();
   });
   if (parameters_.publish_tf) subscribeTransforms();
   using Pose = geometry_msgs::PoseWithCovarianceStamped;
@@ -189,7 +190,10 @@ void OdometryRos::subscribeTransforms() {
     diagnostics_.noteRivalTransform(text);
     if (rival_transform_log_.isDue()) ROS_WARN_STREAM(text);
   };
-  transforms_subscriber_ = node_.subscribe<const Event&>("/tf", kQueueSize, callback);
+  ros::SubscribeOptions options;
+  options.initByFullCallbackType<const Event&>("/tf", kQueueSize, callback);
+  options.callback_queue = &transforms_queue_;
+  transforms_subscriber_ = node_.subscribe(options);
 }
 
 template <typename Add>

@@ -11,6 +11,7 @@
 #include "bs_car_odometry/ros/wait_timer.hpp"
 
 #include <geometry_msgs/PoseWithCovarianceStamped.h>
+#include <ros/callback_queue.h>
 #include <ros/ros.h>
 #include <std_srvs/Trigger.h>
 
@@ -73,8 +74,9 @@ class OdometryRos {
   EarlyMessages early_;
 
   std::vector<CheckedSubscriber> subscribers_;
+  ros::CallbackQueue transforms_queue_;  ///< of the newest on /tf, most of them this node's own
   ros::Subscriber transforms_subscriber_;
-  ros::WallTimer cut_timer_;
+  ros::WallTimer watch_timer_;
   ros::Publisher odom_publisher_;
   ros::Publisher tf_publisher_;
   ros::Publisher status_publisher_;
