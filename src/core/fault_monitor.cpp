@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -18,7 +19,6 @@ constexpr int kSoundStretches = 5;          // in succession, until one is taken
 constexpr double kSoundFall = 9.0;          // of chi-square: 3 standard deviations
 constexpr double kSeparable = 5.0;          // standard deviations between sound and the fault that was found
 constexpr double kSwapAlarm = 50.0;         // chi-square that no single sensor explains
-constexpr double kExplained = 0.5;          // of chi-square, by taking one back for another
 constexpr double kSwapExplained = 0.5;      // of what the likeliest single sensor leaves of chi-square
 constexpr double kSwappedChiSquare = 16.3;  // 3 degrees of freedom, 0.1 %
 constexpr double kMostDeviation = 1.0;
@@ -39,12 +39,21 @@ void add(const ParameterEvidence& evidence, ParameterEvidence& sum) {
   sum.chi_square += evidence.chi_square;
 }
 
-/// [m] that the car goes, if a wheel of it may be wrong: the median of what they say.
+/// [m] that the car goes, if a wheel of it may be wrong: the median of what those say that are not left out.
 double lengthOf(const StepReadings& readings) {
-  std::array<double, kWheels> travels = readings.travel.values;
-  for (double& travel : travels) travel = std::abs(travel);
+  std::array<double, kWheels> travels;
+  travels.fill(std::numeric_limits<double>::infinity());
+  std::size_t count = 0;
+  for (const Wheel wheel : kAllWheels)
+    if (!readings.left_out[wheel]) travels[count++] = std::abs(readings.travel[wheel]);
+  if (count == 0) return 0.0;
   std::sort(travels.begin(), travels.end());
-  return 0.5 * (travels[1] + travels[2]);
+  return 0.5 * (travels[(count - 1) / 2] + travels[count / 2]);
+}
+
+/// [rad] of an angle; 0 for a wheel, whose travel tells nothing of whether it has stopped.
+double readingOf(std::size_t sensor, const StepReadings& readings) {
+  return isWheel(sensor) ? 0.0 : readings.mean()[static_cast<Axle>(sensor - kWheels)];
 }
 
 SensorFault faultOf(double ratio) {
@@ -70,12 +79,15 @@ FaultMonitor::FaultMonitor(const OdometryConfiguration& configuration)
 void FaultMonitor::reset() {
   out_.reset();
   undecided_.reset();
+  likeliest_.reset();
   swapped_.reset();
   frozen_.reset();
   steady_.reset();
   report_ = SensorReport();
   course_ = PerAxle<Course>();
   swap_votes_ = {};
+  reconsidered_ = {};
+  needed_suspect_.reset();
   guesses_ = 0;
   startStretch();
   window_.count = 0;
@@ -147,13 +159,19 @@ int FaultMonitor::spareEquations(const SensorSet& out) const {
 bool FaultMonitor::leaveOut(const Suspects& suspects, const SensorTests& tests) {
   SensorSet all;
   for (std::size_t i = 0; i < suspects.count; ++i) all.set(suspects.sensors[i]);
-  if (!determines(out_ | all)) all = SensorSet().set(suspects.sensors[0]);
+  const bool spared = determines(out_ | all);
+  if (!spared) all = SensorSet().set(suspects.sensors[0]);
   all &= present_ & ~out_;
   if (suspects.count == 0 || all.none()) return false;
   report_.determined = determines(out_ | all);
   if (!report_.determined) return false;
   out_ |= all;
   if (all.count() > 1) undecided_ |= all;
+  if (spared) {
+    likeliest_ &= ~all;
+  } else {
+    likeliest_ |= all;
+  }
   for (std::size_t i = 0; i < kSensors; ++i) {
     if (!all[i]) continue;
     inspections_[i] = {noEvidence(), std::min(std::abs(tests.sensors[i].deviation), kMostDeviation), 0, 0.0};
@@ -276,7 +294,8 @@ Suspects FaultMonitor::blame(const SensorTests& tests, const StepReadings& readi
 
 /// @return what a fault that has been found has done to the motion
 BodyMotion FaultMonitor::judge(const StepReadings& stretch) {
-  report_.determined = true;
+  if (needed_suspect_ && determines(out_ | SensorSet().set(*needed_suspect_))) needed_suspect_.reset();
+  report_.determined = !needed_suspect_;
   const StepReadings readings = trusted(stretch);
   const double length = lengthOf(readings);
   window_.add(fit_.evidence(readings), length);
@@ -291,8 +310,11 @@ BodyMotion FaultMonitor::judge(const StepReadings& stretch) {
   // A wheel's fault is found in the stretch that it begins in; an angle's may have grown over the window.
   const bool at_once = found_at_once && isWheel(found.sensors[0]);
   const double stretches = at_once ? 1.0 : static_cast<double>(window_.count);
-  reconsider(found.sensors[0], tests.chi_square, stretch);
-  if (!leaveOut(found, tests)) return BodyMotion::Zero();
+  reconsider(found.sensors[0], stretch);
+  if (!leaveOut(found, tests)) {
+    if (!report_.determined) needed_suspect_ = found.sensors[0];
+    return BodyMotion::Zero();
+  }
   describe(found, tests, stretch);
   return stretches * (fit_.increment(trusted(stretch)).motion - fit_.increment(readings).motion);
 }
@@ -343,26 +365,51 @@ BodyMotion FaultMonitor::judgeFrozen(const StepReadings& stretch) {
 }
 
 /// Where a suspect is needed, another may have been left out in its place: one that makes sense with the rest
-/// once the suspect is gone.
-void FaultMonitor::reconsider(std::size_t suspect, double chi_square, const StepReadings& stretch) {
+/// once the suspect is gone. One that was left out for itself, and not for one of several, makes sense in
+/// passing, too: it must do so for longer.
+void FaultMonitor::reconsider(std::size_t suspect, const StepReadings& stretch) {
   if (determines(out_ | SensorSet().set(suspect))) return;
-  double least = kExplained * chi_square;
-  std::optional<std::size_t> innocent;
   for (std::size_t i = 0; i < kSensors; ++i) {
-    SensorSet out = out_ | SensorSet().set(suspect);
-    if (!out_[i] || swapped_[i] || frozen_[i] || !determines(out.reset(i))) continue;
-    const double with_it = testSensors(fit_.evidence(without(out, stretch)), prior_).chi_square;
-    if (with_it > least) continue;
-    least = with_it;
-    innocent = i;
+    Reconsidered& innocent = reconsidered_[i];
+    if (!makesSenseWithout(suspect, i, stretch)) {
+      innocent = Reconsidered();
+      continue;
+    }
+    const double angle = readingOf(i, stretch);
+    if (innocent.stretches == 0 || innocent.suspect != suspect) innocent = {suspect, 0, angle};
+    const bool moved = isWheel(i) || std::abs(angle - innocent.first_angle) > 2.0 * leastFault(i);
+    const bool long_enough = ++innocent.stretches >= kSoundStretches && moved;
+    if (!long_enough && !likeliest_[i] && !undecided_[i]) continue;
+    reconsidered_ = {};
+    return takeBack(i);
   }
-  if (innocent) takeBack(*innocent);
+}
+
+/// @param innocent  one that is left out, and would be used instead
+bool FaultMonitor::makesSenseWithout(std::size_t suspect, std::size_t innocent,
+                                     const StepReadings& stretch) const {
+  SensorSet out = out_ | SensorSet().set(suspect);
+  const bool possible = out_[innocent] && innocent != suspect && !swapped_[innocent] && !frozen_[innocent];
+  return possible && determines(out.reset(innocent)) && makesSense(without(out, stretch));
+}
+
+/// The readings agree with each other, and on a motion that the car can make.
+bool FaultMonitor::makesSense(const StepReadings& readings) const {
+  if (testSensors(fit_.evidence(readings), prior_).chi_square > kSwappedChiSquare) return false;
+  const BodyMotion motion = fit_.increment(readings).motion;
+  for (const Axle axle : kAllAxles) {
+    const double sideways = motion.y() + configuration_.vehicle.axleX(axle) * motion.z();
+    if (std::abs(std::atan2(sideways, std::abs(motion.x()))) > configuration_.limits.steering_limit)
+      return false;
+  }
+  return true;
 }
 
 /// Covariance of a stretch of which nothing confirms that the right sensors are left out: the car may have
 /// steered anywhere. The error is the same in all such stretches, so that n of them have n^2 of it.
 Eigen::Matrix3d FaultMonitor::guess(double length) {
-  const bool is_guess = !report_.determined || ((out_ & undecided_).count() > 1 && spareEquations(out_) < 1);
+  const bool is_undecided = (out_ & undecided_).count() > 1 || (out_ & likeliest_).any();
+  const bool is_guess = !report_.determined || (is_undecided && spareEquations(out_) < 1);
   guesses_ = is_guess ? guesses_ + 1 : 0;
   if (!is_guess) return Eigen::Matrix3d::Zero();
   const double sideways = length * std::tan(anywhere(configuration_.limits));
@@ -388,7 +435,7 @@ void FaultMonitor::inspect(std::size_t sensor, const StepReadings& measured) {
   describe(sensor, measured, test);
   if (test.sigma * kSeparable > std::max(inspection.found, 2.0 * leastFault(sensor))) return;
   const bool sound = test.fall < kSoundFall || std::abs(test.deviation) < 0.5 * leastFault(sensor);
-  const double angle = isWheel(sensor) ? 0.0 : measured.mean()[static_cast<Axle>(sensor - kWheels)];
+  const double angle = readingOf(sensor, measured);
   if (!sound || inspection.sound == 0) inspection.first_angle = angle;
   inspection.sound = sound ? inspection.sound + 1 : 0;
   inspection.evidence = noEvidence();
@@ -415,7 +462,7 @@ void FaultMonitor::describe(std::size_t sensor, const StepReadings& measured, co
   SensorState& state = report_.sensors[sensor];
   if (!out_[sensor] || swapped_[sensor]) return;
   undecided_ &= out_;
-  const bool undecided = undecided_[sensor] && undecided_.count() > 1;
+  const bool undecided = (undecided_[sensor] && undecided_.count() > 1) || likeliest_[sensor];
   if (!isWheel(sensor)) {
     state.angle_error = -test.deviation;
     state.fault = undecided ? SensorFault::kUndecided : SensorFault::kWrongAngle;

@@ -72,6 +72,12 @@ class FaultMonitor {
     int sound{0};                ///< times in succession that it was found to be sound,
     double first_angle{0.0};     ///< its reading when it was so first [rad]
   };
+  /// A sensor that may have been left out in a suspect's place.
+  struct Reconsidered {
+    std::size_t suspect{0};
+    int stretches{0};         ///< in succession that this would explain
+    double first_angle{0.0};  ///< its reading in the first of them [rad]
+  };
   /// Where an axle goes, by the motion of the car.
   struct Course {
     double angle{0.0};     ///< [rad]
@@ -90,7 +96,9 @@ class FaultMonitor {
   BodyMotion judgeFrozen(const StepReadings& stretch);
   bool isFrozen(Wheel wheel, const StepReadings& stretch, double seconds) const;
   double speedOf(Wheel wheel, const StepReadings& stretch, double seconds) const;
-  void reconsider(std::size_t suspect, double chi_square, const StepReadings& stretch);
+  void reconsider(std::size_t suspect, const StepReadings& stretch);
+  bool makesSenseWithout(std::size_t suspect, std::size_t innocent, const StepReadings& stretch) const;
+  bool makesSense(const StepReadings& readings) const;
   Eigen::Matrix3d guess(double length);
   void inspectSensors(const StepReadings& measured);
   void inspect(std::size_t sensor, const StepReadings& measured);
@@ -111,10 +119,15 @@ class FaultMonitor {
   SensorSet present_;
   SensorSet out_;
   SensorSet undecided_;  ///< of these, those that were left out with others
-  SensorSet swapped_;    ///< of these, those that have each other's counters: never taken back
-  SensorSet frozen_;     ///< wheels that have said the same speed ever since the car had another
+  SensorSet
+      likeliest_;  ///< of these, those that were left out for one of several, which could not all be spared
+  SensorSet swapped_;  ///< of these, those that have each other's counters: never taken back
+  SensorSet frozen_;   ///< wheels that have said the same speed ever since the car had another
   SensorReport report_;
   std::array<Inspection, kSensors> inspections_;
+  std::array<Reconsidered, kSensors> reconsidered_{};
+  /// One that the rest contradict and cannot do without: with it they may agree again, on a wrong motion.
+  std::optional<std::size_t> needed_suspect_;
   int guesses_{0};  ///< successive stretches whose motion is a guess
   /// Successive stretches that a swap of two wheels explains.
   std::array<std::array<int, kWheels>, kWheels> swap_votes_{};
