@@ -119,10 +119,9 @@ class FaultMonitor {
   SensorSet present_;
   SensorSet out_;
   SensorSet undecided_;  ///< of these, those that were left out with others
-  SensorSet
-      likeliest_;  ///< of these, those that were left out for one of several, which could not all be spared
-  SensorSet swapped_;  ///< of these, those that have each other's counters: never taken back
-  SensorSet frozen_;   ///< wheels that have said the same speed ever since the car had another
+  SensorSet likeliest_;  ///< of these, those for one of several, which could not all be spared
+  SensorSet swapped_;    ///< of these, those that have each other's counters: never taken back
+  SensorSet frozen_;     ///< wheels that have said the same speed ever since the car had another
   SensorReport report_;
   std::array<Inspection, kSensors> inspections_;
   std::array<Reconsidered, kSensors> reconsidered_{};
