@@ -83,7 +83,7 @@ std::string explainUndetermined(const SensorReport& report) {
   return report.determined
              ? ""
              : "the sensors contradict each other, and too few are left to do without the wrong "
-               "one: do not trust the odometry, check encoders and steering";
+               "one: do not trust the odometry, check encoders and steering, then call ~reset";
 }
 
 }  // namespace bs_car_odometry

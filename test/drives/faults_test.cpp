@@ -448,6 +448,30 @@ TEST(Faults, E7_too_few_sensors_are_said_to_be_too_few) {
   recordFigure("three sensors of five dead: said after %.1f s", *said - 30.0);
 }
 
+/// Encoders and steering have been mended, as the diagnostics ask.
+TEST(Faults, E7_reset_begins_anew_with_all_sensors) {
+  const OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
+  const std::vector<Sample> sound = record(odometry.vehicle, driveOf(odometry, "slalom_eight", 6));
+  std::vector<Sample> drive = sound;
+  freezeAngle(drive, Axle::kFront, 10.0);
+  scaleTravel(drive, Wheel::kFrontLeft, 0.0, 20.0);
+  scaleTravel(drive, Wheel::kRearLeft, 0.0, 30.0);
+  const double mended = 35.0;
+  OdometryPipeline pipeline(odometry);
+  bool determined_before = true;
+  for (std::size_t i = 0; i < drive.size(); ++i) {
+    if (sound[i].time < mended) {
+      determined_before = laboratory::step(pipeline, drive[i]).report.sensors.determined;
+      continue;
+    }
+    if (sound[i - 1].time < mended) pipeline.reset();
+    const SensorReport report = laboratory::step(pipeline, sound[i]).report.sensors;
+    ASSERT_TRUE(report.determined) << sound[i].time << " s";
+    for (const SensorState& sensor : report.sensors) ASSERT_EQ(sensor.fault, SensorFault::kNone);
+  }
+  EXPECT_FALSE(determined_before);
+}
+
 /// All orders in which three sensors of five can die, one every 10 s. Not all of that can be known: when the
 /// wheels of one side are gone, nothing tells that the angle freezes, as those of the other side turn alike.
 TEST(Faults, E7_three_dead_sensors_are_in_the_covariance) {
