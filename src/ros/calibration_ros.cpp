@@ -109,7 +109,8 @@ void CalibrationRos::subscribeWheels() {
 void CalibrationRos::subscribeJoints() {
   subscribeTo<RawJointState>("joint_states", [this](const RawJointState* message, const Sender& sender) {
     receive([&](const ros::Time& now) {
-      const JointVerdicts verdicts = adapter_.add(*message, now, sender);  // bytes are never cut
+      if (!message) return warn("joint_states", adapter_.addCut());
+      const JointVerdicts verdicts = adapter_.add(*message, now, sender);
       if (verdicts.wheels) diagnostics_.noteWheels();
       warn("joint_states", verdicts.worst());
     });
@@ -131,7 +132,7 @@ void CalibrationRos::subscribeTransforms() {
   for (const char* topic : {"/tf_static", "/tf"})
     subscribeTo<RawMessage<tf2_msgs::TFMessage>>(
         topic, [this](const RawMessage<tf2_msgs::TFMessage>* message, const Sender& /*sender*/) {
-          if (adapter_.mountKnown()) return;
+          if (!message || adapter_.mountKnown()) return;
           if (const auto transforms = readTransforms(*message)) adapter_.add(*transforms);
           if (adapter_.mountKnown()) resume();
         });

@@ -170,7 +170,8 @@ void OdometryRos::subscribeWheels() {
 void OdometryRos::subscribeJoints() {
   subscribeToSensor<RawJointState>(
       "joint_states", [this](const RawJointState* message, const auto& now, const auto& sender) {
-        const JointVerdicts verdicts = adapter_.add(*message, now, sender);  // bytes are never cut
+        if (!message) return adapter_.addCut();
+        const JointVerdicts verdicts = adapter_.add(*message, now, sender);
         if (verdicts.wheels.value_or(Verdict::kRivalPublisher) != Verdict::kRivalPublisher)
           diagnostics_.noteWheels();
         return verdicts.worst();
