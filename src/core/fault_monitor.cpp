@@ -12,15 +12,15 @@ namespace bs_car_odometry {
 
 namespace {
 
-constexpr double kStepAlarm = 100.0;        // chi-square of a step that is worth a closer look
-constexpr double kStretch = 0.1;            // [s]
-constexpr double kSteeringRate = 0.5;       // [rad/s], how fast an angle that nobody measures may change
-constexpr int kSoundStretches = 5;          // in succession, until one is taken back or known to be swapped
-constexpr double kSoundFall = 9.0;          // of chi-square: 3 standard deviations
-constexpr double kSeparable = 5.0;          // standard deviations between sound and the fault that was found
-constexpr double kSwapAlarm = 50.0;         // chi-square that no single sensor explains
-constexpr double kSwapExplained = 0.5;      // of what the likeliest single sensor leaves of chi-square
-constexpr double kSwappedChiSquare = 16.3;  // 3 degrees of freedom, 0.1 %
+constexpr double kStepAlarm = 100.0;      // chi-square of a step that is worth a closer look
+constexpr double kStretch = 0.1;          // [s]
+constexpr double kSteeringRate = 0.5;     // [rad/s], how fast an angle that nobody measures may change
+constexpr int kSoundStretches = 5;        // in succession, until one is taken back or known to be swapped
+constexpr double kSoundFall = 9.0;        // of chi-square: 3 standard deviations
+constexpr double kSeparable = 5.0;        // standard deviations between sound and the fault that was found
+constexpr double kSwapAlarm = 50.0;       // chi-square that no single sensor explains
+constexpr double kSwapExplained = 0.5;    // of what the likeliest single sensor leaves of chi-square
+constexpr double kSoundChiSquare = 16.3;  // 3 degrees of freedom, 0.1 %
 constexpr double kMostDeviation = 1.0;
 constexpr int kLongSteady = 10;      // stretches: a noisy wheel repeats itself now and then, and not as often
 constexpr double kStuckRatio = 0.2;  // measured over expected travel, about 0
@@ -167,11 +167,7 @@ bool FaultMonitor::leaveOut(const Suspects& suspects, const SensorTests& tests) 
   if (!report_.determined) return false;
   out_ |= all;
   if (all.count() > 1) undecided_ |= all;
-  if (spared) {
-    likeliest_ &= ~all;
-  } else {
-    likeliest_ |= all;
-  }
+  if (!spared) likeliest_ |= all;
   for (std::size_t i = 0; i < kSensors; ++i) {
     if (!all[i]) continue;
     inspections_[i] = {noEvidence(), std::min(std::abs(tests.sensors[i].deviation), kMostDeviation), 0, 0.0};
@@ -395,7 +391,7 @@ bool FaultMonitor::makesSenseWithout(std::size_t suspect, std::size_t innocent,
 
 /// The readings agree with each other, and on a motion that the car can make.
 bool FaultMonitor::makesSense(const StepReadings& readings) const {
-  if (testSensors(fit_.evidence(readings), prior_).chi_square > kSwappedChiSquare) return false;
+  if (testSensors(fit_.evidence(readings), prior_).chi_square > kSoundChiSquare) return false;
   const BodyMotion motion = fit_.increment(readings).motion;
   for (const Axle axle : kAllAxles) {
     const double sideways = motion.y() + configuration_.vehicle.axleX(axle) * motion.z();
@@ -447,6 +443,7 @@ void FaultMonitor::inspect(std::size_t sensor, const StepReadings& measured) {
 
 void FaultMonitor::takeBack(std::size_t sensor) {
   out_.reset(sensor);
+  likeliest_.reset(sensor);
   frozen_.reset(sensor);
   report_.sensors[sensor] = SensorState();
   window_.count = 0;
@@ -495,7 +492,7 @@ bool FaultMonitor::isSwapped(std::size_t a, std::size_t b, const StepReadings& m
   SensorSet others = out_;
   const StepReadings readings = without(others.reset(a).reset(b), measured);
   return testSensors(fit_.evidence(readings), prior_).chi_square > kStepAlarm &&
-         chiSquareSwapped(a, b, readings) < kSwappedChiSquare;
+         chiSquareSwapped(a, b, readings) < kSoundChiSquare;
 }
 
 double FaultMonitor::chiSquareSwapped(std::size_t a, std::size_t b, StepReadings readings) const {

@@ -30,7 +30,6 @@ const ros::Time& stampOf(const Message& message) {
 }
 
 /// Zero where the message has none.
-
 ros::Time stampOf(const RawJointState& message) {
   ByteReader reader(message.bytes);
   reader.value<std::uint32_t>();  // header.seq

@@ -428,13 +428,25 @@ TEST(Faults, S6_axles_that_disagree_are_weighted) {
   recordFigure("10 mrad against each other: both angles within %.1f mrad", 1e3 * largest);
 }
 
+/// One sensor dies every 10 s.
+std::vector<Sample> withThreeDead(std::vector<Sample> drive, const std::array<std::size_t, 3>& sensors) {
+  double begin = 0.0;
+  for (const std::size_t dead : sensors) {
+    begin += 10.0;
+    if (isWheel(dead)) {
+      scaleTravel(drive, kAllWheels[dead], 0.0, begin);
+    } else {
+      freezeAngle(drive, Axle::kFront, begin);
+    }
+  }
+  return drive;
+}
+
 /// The angle, then both wheels of the left side: what is left does not tell how the car turns.
 TEST(Faults, E7_too_few_sensors_are_said_to_be_too_few) {
   const OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
-  std::vector<Sample> drive = record(odometry.vehicle, driveOf(odometry, "slalom_eight", 6));
-  freezeAngle(drive, Axle::kFront, 10.0);
-  scaleTravel(drive, Wheel::kFrontLeft, 0.0, 20.0);
-  scaleTravel(drive, Wheel::kRearLeft, 0.0, 30.0);
+  const std::vector<Sample> drive =
+      withThreeDead(record(odometry.vehicle, driveOf(odometry, "slalom_eight", 6)), {4, 0, 2});
   std::optional<double> said;
   laboratory::replay(odometry, drive, [&](const Sample& sample, const OdometryUpdate& update) {
     if (!update.report.sensors.determined && !said) said = sample.time;
@@ -452,10 +464,7 @@ TEST(Faults, E7_too_few_sensors_are_said_to_be_too_few) {
 TEST(Faults, E7_reset_begins_anew_with_all_sensors) {
   const OdometryConfiguration odometry = odometryOf(cycab(AxleGeometry::kAckermann, kTick));
   const std::vector<Sample> sound = record(odometry.vehicle, driveOf(odometry, "slalom_eight", 6));
-  std::vector<Sample> drive = sound;
-  freezeAngle(drive, Axle::kFront, 10.0);
-  scaleTravel(drive, Wheel::kFrontLeft, 0.0, 20.0);
-  scaleTravel(drive, Wheel::kRearLeft, 0.0, 30.0);
+  const std::vector<Sample> drive = withThreeDead(sound, {4, 0, 2});
   const double mended = 35.0;
   OdometryPipeline pipeline(odometry);
   bool determined_before = true;
@@ -482,15 +491,7 @@ TEST(Faults, E7_three_dead_sensors_are_in_the_covariance) {
   std::size_t inside = 0;
   do {
     if (order[3] > order[4]) continue;  // they stay alive
-    std::vector<Sample> drive = sound;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const double begin = 10.0 * static_cast<double>(i + 1);
-      if (isWheel(order[i])) {
-        scaleTravel(drive, kAllWheels[order[i]], 0.0, begin);
-      } else {
-        freezeAngle(drive, Axle::kFront, begin);
-      }
-    }
+    const std::vector<Sample> drive = withThreeDead(sound, {order[0], order[1], order[2]});
     const double nees = laboratory::exponentialNees(run(odometry, drive).estimate, drive.back().truth);
     ++orders;
     if (nees < 16.3) ++inside;  // 0.1 %

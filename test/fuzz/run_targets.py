@@ -17,9 +17,9 @@ import time
 
 CORPUS = pathlib.Path(__file__).resolve().parent / "corpus"
 TARGETS = sorted(path.name for path in CORPUS.iterdir())
-# Without its entropic schedule libFuzzer makes twice the runs: that counts features of all inputs after each.
+# Without its entropic schedule libFuzzer makes up to twice the runs: that counts features of all inputs after each.
 OPTIONS = ["-seed=1", "-max_len=4096", "-entropic=0", "-rss_limit_mb=1024", "-timeout=30", "-print_final_stats=1"]
-# Half of the time would go into where memory was allocated and into memory that is kept back: an input that fails
+# A good part of the time would go into where memory was allocated and into memory that is kept back: an input that fails
 # tells more when it is run again, alone.
 SANITISER = "detect_leaks=1:malloc_context_size=1:quarantine_size_mb=4"
 WORKERS = os.cpu_count() or 1
