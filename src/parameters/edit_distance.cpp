@@ -5,6 +5,11 @@
 #include <numeric>
 
 namespace bs_car_odometry::schema {
+namespace {
+
+std::string_view lastPart(std::string_view path) { return path.substr(path.rfind('/') + 1); }
+
+}  // namespace
 
 std::size_t editDistance(std::string_view a, std::string_view b) {
   constexpr std::size_t kMostLetters = 64;
@@ -22,6 +27,11 @@ std::size_t editDistance(std::string_view a, std::string_view b) {
     }
   }
   return row[b.size()];
+}
+
+std::pair<std::size_t, std::size_t> pathDistance(std::string_view a, std::string_view b) {
+  const std::size_t whole = editDistance(a, b);
+  return {std::min(whole, editDistance(lastPart(a), lastPart(b)) + 1), whole};
 }
 
 }  // namespace bs_car_odometry::schema

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <set>
-#include <string_view>
 #include <utility>
 
 namespace bs_car_odometry::schema {
@@ -16,14 +15,6 @@ const std::set<std::string> kOfOthers{"diagnostic_period", "diagnostic_updater_u
 
 bool contains(const std::vector<std::string>& paths, const std::string& path) {
   return std::find(paths.begin(), paths.end(), path) != paths.end();
-}
-
-std::string_view lastPart(std::string_view path) { return path.substr(path.rfind('/') + 1); }
-
-/// The wrong group counts as one letter; among equals the one in the likelier group is nearer.
-std::pair<std::size_t, std::size_t> pathDistance(std::string_view a, std::string_view b) {
-  const std::size_t whole = editDistance(a, b);
-  return {std::min(whole, editDistance(lastPart(a), lastPart(b)) + 1), whole};
 }
 
 }  // namespace

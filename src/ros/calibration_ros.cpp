@@ -133,7 +133,7 @@ void CalibrationRos::subscribeTransforms() {
     subscribeTo<RawMessage<tf2_msgs::TFMessage>>(
         topic, [this](const RawMessage<tf2_msgs::TFMessage>* message, const Sender& /*sender*/) {
           if (!message || adapter_.mountKnown()) return;
-          if (const auto transforms = readTransforms(*message)) adapter_.add(*transforms);
+          if (const auto transforms = readTransforms(ByteReader(message->bytes))) adapter_.add(*transforms);
           if (adapter_.mountKnown()) resume();
         });
 }

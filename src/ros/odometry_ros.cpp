@@ -179,8 +179,7 @@ void OdometryRos::subscribeJoints() {
 
 /// A frame has one parent, and one publisher of where it is (docs/reliability.md, O8).
 void OdometryRos::subscribeTransforms() {
-  using Event = ros::MessageEvent<const RawTransforms>;
-  const boost::function<void(const Event&)> callback = [this](const Event& event) {
+  const auto look = [this](const ros::MessageEvent<const tf2_msgs::TFMessage>& event) {
     const std::string& publisher = event.getPublisherName();
     if (publisher == ros::this_node::getName()) return;
     const std::optional<std::string> parent = parentOf(adapter_.frames().base, *event.getConstMessage());
@@ -190,8 +189,10 @@ void OdometryRos::subscribeTransforms() {
     diagnostics_.noteRivalTransform(text);
     if (rival_transform_log_.isDue()) ROS_WARN_STREAM(text);
   };
-  ros::SubscribeOptions options;
-  options.initByFullCallbackType<const Event&>("/tf", kQueueSize, callback);
+  namespace traits = ros::message_traits;
+  ros::SubscribeOptions options("/tf", kQueueSize, traits::md5sum<tf2_msgs::TFMessage>(),
+                                traits::datatype<tf2_msgs::TFMessage>());
+  options.helper = boost::make_shared<TransformsCallback>(look);
   options.callback_queue = &transforms_queue_;
   transforms_subscriber_ = node_.subscribe(options);
 }

@@ -1,5 +1,9 @@
 #include "bs_car_odometry/ros/transform_reader.hpp"
 
+#include <boost/make_shared.hpp>
+
+#include <utility>
+
 namespace bs_car_odometry {
 
 namespace {
@@ -29,28 +33,29 @@ geometry_msgs::TransformStamped readTransform(ByteReader& reader) {
 
 }  // namespace
 
-/// Not ByteReader::count(): what lies beyond the first bytes is not there to be counted.
-std::optional<std::string> parentOf(const std::string& child, const RawTransforms& message) {
-  ByteReader reader(message.bytes);
-  const auto count = reader.value<std::uint32_t>();
-  for (std::uint32_t i = 0; i < count && reader.sound(); ++i) {
-    reader.value<std::uint32_t>();  // header.seq
-    reader.skip(kStampBytes);
-    const std::string parent = reader.string();
-    const std::string name = reader.string();
-    if (reader.skip(kTransformBytes) && isNamed(name, child)) return parent.substr(0, kMostNamed);
-  }
+std::optional<std::string> parentOf(const std::string& child, const tf2_msgs::TFMessage& message) {
+  for (const geometry_msgs::TransformStamped& transform : message.transforms)
+    if (isNamed(transform.child_frame_id, child)) return transform.header.frame_id.substr(0, kMostNamed);
   return std::nullopt;
 }
 
-std::optional<tf2_msgs::TFMessage> readTransforms(const RawMessage<tf2_msgs::TFMessage>& message) {
+std::optional<tf2_msgs::TFMessage> readTransforms(ByteReader reader) {
   constexpr std::size_t kSmallest = 3 * sizeof(std::uint32_t) + kStampBytes + kTransformBytes;
-  ByteReader reader(message.bytes);
   tf2_msgs::TFMessage read;
   read.transforms.resize(reader.count(kSmallest));
   for (geometry_msgs::TransformStamped& transform : read.transforms) transform = readTransform(reader);
   if (!reader.sound()) return std::nullopt;
   return read;
+}
+
+TransformsCallback::TransformsCallback(const Callback& callback) : SubscriptionCallbackHelperT(callback) {}
+
+ros::VoidConstPtr TransformsCallback::deserialize(
+    const ros::SubscriptionCallbackHelperDeserializeParams& received) {
+  std::optional<tf2_msgs::TFMessage> read =
+      readTransforms(ByteReader({reinterpret_cast<const char*>(received.buffer), received.length}));
+  if (!read) return {};
+  return boost::make_shared<tf2_msgs::TFMessage>(std::move(*read));
 }
 
 }  // namespace bs_car_odometry

@@ -73,7 +73,7 @@ void readMessages(const std::string& path, const std::function<void()>& read) {
 
 std::optional<tf2_msgs::TFMessage> transformsOf(const rosbag::MessageInstance& message) {
   const auto bytes = message.instantiate<RawMessage<tf2_msgs::TFMessage>>();
-  return bytes ? readTransforms(*bytes) : std::nullopt;
+  return bytes ? readTransforms(ByteReader(bytes->bytes)) : std::nullopt;
 }
 
 void requireTopics(const rosbag::Bag& bag, const std::string& path, const std::vector<WantedTopic>& wanted) {

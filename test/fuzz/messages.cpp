@@ -50,9 +50,9 @@ void readJoints(Bytes& bytes) {
 }
 
 void readTransforms(const std::vector<std::uint8_t>& rest) {
-  parentOf("base_link", RawTransforms{rest});
-  const auto transforms = bs_car_odometry::readTransforms(RawMessage<tf2_msgs::TFMessage>{rest});
+  const auto transforms = bs_car_odometry::readTransforms(ByteReader(rest));
   if (!transforms) return;
+  parentOf("base_link", *transforms);
   LaserMountFinder finder("base_link", "laser");
   finder.add(*transforms);
   require(!finder.mount() || finder.mount()->isFinite(), "the mount is finite");

@@ -5,20 +5,18 @@
 #include <ros/message_traits.h>
 #include <ros/serialization.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace bs_car_odometry {
 
-/// A message as it came over the wire, at most so many bytes of it. A message's own reader allocates what its
-/// length fields claim before it looks whether so much is there: 40 bytes can ask for gigabytes. This one
-/// copies the bytes that are there, and a ByteReader checks every length against them.
-template <typename Message, std::uint32_t kMostBytes = std::numeric_limits<std::uint32_t>::max()>
+/// A message as it came over the wire. Its own reader allocates what its length fields claim before it looks
+/// whether so much is there: 40 bytes can ask for gigabytes. This one copies the bytes that are there, and a
+/// ByteReader checks every length against them.
+template <typename Message>
 struct RawMessage {
   std::vector<std::uint8_t> bytes;
 };
@@ -76,29 +74,29 @@ class ByteReader {
 namespace ros {
 namespace message_traits {
 
-template <typename Message, std::uint32_t kMostBytes>
-struct MD5Sum<bs_car_odometry::RawMessage<Message, kMostBytes>>
-    : bs_car_odometry::TraitOf<MD5Sum, Message, bs_car_odometry::RawMessage<Message, kMostBytes>> {};
-template <typename Message, std::uint32_t kMostBytes>
-struct DataType<bs_car_odometry::RawMessage<Message, kMostBytes>>
-    : bs_car_odometry::TraitOf<DataType, Message, bs_car_odometry::RawMessage<Message, kMostBytes>> {};
-template <typename Message, std::uint32_t kMostBytes>
-struct Definition<bs_car_odometry::RawMessage<Message, kMostBytes>>
-    : bs_car_odometry::TraitOf<Definition, Message, bs_car_odometry::RawMessage<Message, kMostBytes>> {};
-template <typename Message, std::uint32_t kMostBytes>
-struct IsMessage<bs_car_odometry::RawMessage<Message, kMostBytes>> : TrueType {};
+template <typename Message>
+struct MD5Sum<bs_car_odometry::RawMessage<Message>>
+    : bs_car_odometry::TraitOf<MD5Sum, Message, bs_car_odometry::RawMessage<Message>> {};
+template <typename Message>
+struct DataType<bs_car_odometry::RawMessage<Message>>
+    : bs_car_odometry::TraitOf<DataType, Message, bs_car_odometry::RawMessage<Message>> {};
+template <typename Message>
+struct Definition<bs_car_odometry::RawMessage<Message>>
+    : bs_car_odometry::TraitOf<Definition, Message, bs_car_odometry::RawMessage<Message>> {};
+template <typename Message>
+struct IsMessage<bs_car_odometry::RawMessage<Message>> : TrueType {};
 
 }  // namespace message_traits
 
 namespace serialization {
 
-template <typename Message, std::uint32_t kMostBytes>
-struct Serializer<bs_car_odometry::RawMessage<Message, kMostBytes>> {
+template <typename Message>
+struct Serializer<bs_car_odometry::RawMessage<Message>> {
   template <typename Stream>
-  static void read(Stream& stream, bs_car_odometry::RawMessage<Message, kMostBytes>& message) {
+  static void read(Stream& stream, bs_car_odometry::RawMessage<Message>& message) {
     const std::uint32_t length = stream.getLength();
     const std::uint8_t* begin = stream.advance(length);
-    message.bytes.assign(begin, begin + std::min(length, kMostBytes));
+    message.bytes.assign(begin, begin + length);
   }
 };
 
