@@ -182,7 +182,13 @@ void CalibrationRos::warn(LaserVerdict verdict, const ros::Time& now) {
 
 /// Called by the calibration after each laser pose that it took.
 void CalibrationRos::note(const CalibrationUpdate& update) {
-  if (reckoning_.correct(update)) paths_.start();
+  if (reckoning_.correct(update)) {
+    paths_.start();
+    const Pose2& pose = update.estimate.pose;
+    if (begin_log_.isDue())
+      ROS_INFO("calibrated_odom begins where the laser sees the car (%.3f m, %.3f m, %.3f rad)", pose.x,
+               pose.y, pose.yaw);
+  }
   paths_.add(update);
   paths_changed_ = true;
   diagnostics_.note(update);

@@ -92,6 +92,7 @@ class CalibrationRos {
   DropLog drop_log_;
   std::array<LogThrottle, static_cast<std::size_t>(calibration::LaserVerdict::kCount)> laser_log_;
   LogThrottle jump_log_;
+  LogThrottle begin_log_;
 };
 
 }  // namespace bs_car_odometry
