@@ -21,7 +21,7 @@ TARGETS = sorted(path.name for path in CORPUS.iterdir())
 OPTIONS = ["-seed=1", "-max_len=4096", "-entropic=0", "-rss_limit_mb=1024", "-timeout=30", "-print_final_stats=1"]
 # A good part of the time would go into where memory was allocated and into memory that is kept back: an input that fails
 # tells more when it is run again, alone.
-SANITISER = "detect_leaks=1:malloc_context_size=1:quarantine_size_mb=4"
+SANITISER = "detect_leaks=1:malloc_context_size=1:quarantine_size_mb=1:thread_local_quarantine_size_kb=64"
 WORKERS = os.cpu_count() or 1
 
 
