@@ -437,7 +437,8 @@ PerAxle<double> OdometryPipeline::steeringDoubt(double interval) const {
 OdometryUpdate OdometryPipeline::update(const WheelCounts& counts, Time completed) {
   ++counts_.wheel_messages;
   OdometryEstimate estimate = estimator_.estimate();
-  if (repair(estimate.pose_covariance) || estimator_.uncertainty().repaired()) ++counts_.covariance_repairs;
+  const bool pose_repaired = repair(estimate.pose_covariance) || estimator_.uncertainty().repaired();
+  if (repair(estimate.twist_covariance) || pose_repaired) ++counts_.covariance_repairs;
   report_.counts = counts_;
   report_.quantiles = estimator_.quantiles();
   return {counts.stamp, completed, estimate, report_, step_};

@@ -3,7 +3,10 @@
 #include "support/seeded_generator.hpp"
 #include "vehicles.hpp"
 
+#include "bs_car_odometry/core/nearest_covariance.hpp"
 #include "bs_car_odometry/core/odometry_estimator.hpp"
+
+#include <Eigen/Eigenvalues>
 
 namespace bs_car_odometry {
 namespace {
@@ -65,6 +68,19 @@ TEST_P(CovarianceLaws, O2_SymmetricAndPositiveOnNonsense) {
 
 /// The independent noise of a step does not know which way the car went: variances the same, and the path
 /// mirrored.
+/// One that the odometry published: its minors are above zero by rounding alone, its smallest eigenvalue is
+/// -2.6e-8 of the largest.
+TEST(NearestCovariance, O2_IsFoundWhereTheMinorsSayThatNothingIsWrong) {
+  Eigen::Matrix3d covariance;
+  covariance << 1.9371208007280375e+21, 4.2288673824422458e+21, 4.6515373127244301e+21,  //
+      4.2288673824422458e+21, 9.2319071335003435e+21, 1.015462455196146e+22,             //
+      4.6515373127244301e+21, 1.015462455196146e+22, 1.1169565260536919e+22;
+  EXPECT_TRUE(repair(covariance));
+  const Eigen::Vector3d eigenvalues =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues();
+  EXPECT_GE(eigenvalues.minCoeff(), -1e-12 * eigenvalues.maxCoeff());
+}
+
 TEST_P(CovarianceLaws, O3_ReverseAsForward) {
   for (const AxleSelection axles : kSelections) {
     OdometryEstimator forward = makeEstimator(GetParam(), axles, NoiseModel());

@@ -1,7 +1,7 @@
 // Instead of parameters/edit_distance.cpp: most of the time would go into the search for the nearest of all
 // names, functions of two names that read no file; names_test has known answers.
 
-#include "../../src/parameters/edit_distance.hpp"
+#include "../../../src/parameters/edit_distance.hpp"
 
 namespace bs_car_odometry::schema {
 
