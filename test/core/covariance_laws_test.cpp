@@ -66,8 +66,6 @@ TEST_P(CovarianceLaws, O2_SymmetricAndPositiveOnNonsense) {
   }
 }
 
-/// The independent noise of a step does not know which way the car went: variances the same, and the path
-/// mirrored.
 /// One that the odometry published: its minors are above zero by rounding alone, its smallest eigenvalue is
 /// -2.6e-8 of the largest.
 TEST(NearestCovariance, O2_IsFoundWhereTheMinorsSayThatNothingIsWrong) {
@@ -81,6 +79,8 @@ TEST(NearestCovariance, O2_IsFoundWhereTheMinorsSayThatNothingIsWrong) {
   EXPECT_GE(eigenvalues.minCoeff(), -1e-12 * eigenvalues.maxCoeff());
 }
 
+/// The independent noise of a step does not know which way the car went: variances the same, and the path
+/// mirrored.
 TEST_P(CovarianceLaws, O3_ReverseAsForward) {
   for (const AxleSelection axles : kSelections) {
     OdometryEstimator forward = makeEstimator(GetParam(), axles, NoiseModel());
